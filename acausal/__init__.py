@@ -1,0 +1,1 @@
+"""Acausal multiport modelling and simulation."""

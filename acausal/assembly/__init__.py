@@ -1,0 +1,1 @@
+"""Families and a layout become one DAE problem with native callbacks."""

@@ -1,0 +1,1 @@
+"""Instances to one flat system of equation families."""

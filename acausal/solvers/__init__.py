@@ -1,0 +1,1 @@
+"""Integrators behind one narrow protocol."""
