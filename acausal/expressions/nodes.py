@@ -64,7 +64,9 @@ class Expr:
         return (node, (self.op, self.args, self.value))
 
     def __repr__(self) -> str:
-        inner = ", ".join([*map(repr, self.args), *([repr(self.value)] if self.value is not None else [])])
+        inner = ", ".join(
+            [*map(repr, self.args), *([repr(self.value)] if self.value is not None else [])]
+        )
         return f"{self.op}({inner})"
 
 
