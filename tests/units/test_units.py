@@ -19,14 +19,15 @@ from acausal.units import (
     divide,
     format_dimension,
     from_si,
+    generate,
     multiply,
     parse_unit,
     power,
     root,
     same_dimension,
+    table,
     to_si,
 )
-from acausal.units import generate, table
 
 # Modelica text, the same in pint's words.
 PAIRS = [
