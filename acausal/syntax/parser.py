@@ -77,19 +77,25 @@ def _parse(text: str, source: str, start: str) -> tree.Node:
 
 @cache
 def _machine() -> tuple[Lark, TreeBuilder]:
+    """Return the parser and its callbacks; the parser's tables come from the cache if they can."""
     from lark import Lark
 
+    from acausal.syntax.grammar_cache import load_tables, save_tables
     from acausal.syntax.tree_builder import TreeBuilder
 
     builder = TreeBuilder()
-    lark = Lark(
-        grammar_text(),
-        parser="lalr",
-        lexer="contextual",
-        start=["file", "expression_only"],
-        transformer=builder,
-        propagate_positions=False,
-    )
+    grammar = grammar_text()
+    lark = load_tables(grammar, builder)
+    if lark is None:
+        lark = Lark(
+            grammar,
+            parser="lalr",
+            lexer="contextual",
+            start=["file", "expression_only"],
+            transformer=builder,
+            propagate_positions=False,
+        )
+        save_tables(lark, grammar)
     return lark, builder
 
 

@@ -24,8 +24,16 @@ def read_source(path: Path) -> str:
     """Return the text of a source file.
 
     Raises:
-        AcausalError: P030 not UTF-8, P031 not found, P032 a directory, P033 not readable,
-            P034 too large, P035 binary.
+        AcausalError: As :func:`read_bytes` and :func:`decode`.
+    """
+    return decode(read_bytes(path), str(path))
+
+
+def read_bytes(path: Path) -> bytes:
+    """Return the content of a source file.
+
+    Raises:
+        AcausalError: P031 not found, P032 a directory, P033 not readable, P034 too large.
     """
     try:
         with path.open("rb") as stream:
@@ -51,7 +59,7 @@ def read_source(path: Path) -> str:
             f"{path} is larger than {MAXIMAL_BYTES // 1_000_000} MB",
             help="divide it into several files, and write repeated parts as arrays of components",
         )
-    return decode(data, str(path))
+    return data
 
 
 def decode(data: bytes, source: str) -> str:
@@ -134,12 +142,14 @@ def _byte_place(data: bytes, position: int, source: str) -> Span:
 
 
 def _similar_file(path: Path) -> str:
+    if not path.parent.is_dir():
+        return f"the directory {path.parent} does not exist either"
     from difflib import get_close_matches
 
     try:
         names = sorted(p.name for p in path.parent.iterdir() if p.is_file())
     except (OSError, ValueError):
-        return f"the directory {path.parent} does not exist either"
+        names = []
     close = get_close_matches(path.name, names, n=1)
     if not close and path.suffix == "" and f"{path.name}.acm" in names:
         close = [f"{path.name}.acm"]

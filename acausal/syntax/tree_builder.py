@@ -506,7 +506,7 @@ class TreeBuilder(Transformer[Token, Any]):
 
     def connect_equation(self, children: list[Any]) -> tree.ConnectEquation:
         cuts = tuple(c for c in children if isinstance(c, tree.Reference))
-        span = self._span(children[0], cuts[-1] if cuts else children[0])
+        span = self._whole(children)
         if len(cuts) < 2:
             fail(
                 "P012",

@@ -1,0 +1,1 @@
+"""The per-user cache on disk: parse trees, kernels, compiled models."""
