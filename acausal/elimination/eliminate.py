@@ -1,0 +1,330 @@
+"""The pass: a flat model to a smaller one, and the record of what was taken out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.elimination.alias_classes import AliasClasses, alias_classes
+from acausal.elimination.alias_rows import (
+    alias_rows,
+    combined_contributions,
+    without_rows,
+    without_zeros,
+)
+from acausal.elimination.attributes import merged_attributes
+from acausal.elimination.families import (
+    merge_families,
+    renumbered,
+    row_counts,
+    use_counts,
+    variable_slots,
+)
+from acausal.elimination.locals import choose_definitions, put_in
+from acausal.elimination.outputs import sweep_outputs
+from acausal.elimination.rewriting import rewritten, split_duplicates
+from acausal.elimination.signed_components import Signs
+from acausal.flattening.model import EquationFamily, FlatModel, Ids, StateSelect, Variables
+
+#: Rounds of elimination; each makes what is left smaller, few are ever needed.
+MAX_ROUNDS = 12
+#: Sweeps for pure outputs per round: a chain of outputs longer than this stays in the model.
+MAX_SWEEPS = 12
+
+
+@dataclass(frozen=True)
+class Counts:
+    """How much was taken out, for reports.
+
+    Attributes:
+        rows_before, rows: Rows before and after.
+        families_before, families: Equation families before and after.
+        aliases: Variables that are plus or minus another one.
+        zeros: Variables that are always zero.
+        definitions: Variables that are computed from others.
+        rounds: Rounds it took.
+    """
+
+    rows_before: int
+    rows: int
+    families_before: int
+    families: int
+    aliases: int
+    zeros: int
+    definitions: int
+    rounds: int
+
+
+@dataclass(frozen=True)
+class Elimination:
+    """A reduced model and how to get the rest of the variables back.
+
+    A variable ``x`` has the value ``sign[x] * value(representative[x])``; a representative is
+    either active or has a definition.
+
+    Attributes:
+        model: The reduced model: same ids of variables and parameters, fewer rows, numbered
+            anew. ``derivative`` relates representatives only.
+        row_of: Row of the original model for each row of the reduced one, shape ``(n_rows,)``.
+        representative: Who stands for each variable, shape ``(n,)``.
+        sign: 1, -1, or 0 for a variable that is always zero, shape ``(n,)``.
+        definitions: Families in the order of evaluation. The value of the variable
+            ``rows[k]`` is the sum of all contributions to it, which mostly is one; start from
+            zero and add family after family.
+        active: Variables that remain unknowns, shape ``(n,)``.
+        redundant_rows: Rows of the original model that say what others say already, ascending.
+            Each of them leaves an unknown without an equation.
+        counts: Statistics.
+    """
+
+    model: FlatModel
+    row_of: Ids
+    representative: Ids
+    sign: Signs
+    definitions: tuple[EquationFamily, ...]
+    active: NDArray[np.bool_]
+    redundant_rows: Ids
+    counts: Counts
+
+
+@dataclass(frozen=True)
+class _System:
+    """What changes from round to round."""
+
+    families: tuple[EquationFamily, ...]
+    others: tuple[tuple[EquationFamily, ...], ...]
+    definitions: tuple[tuple[EquationFamily, ...], ...]
+    variables: Variables
+    derivative: Ids
+    representative: Ids
+    sign: Signs
+    defined: NDArray[np.bool_]
+    removed: NDArray[np.bool_]
+    redundant: tuple[Ids, ...]
+
+
+def eliminate(model: FlatModel, *, explicit_locals: bool = True) -> Elimination:
+    """Return the model without aliases, known zeros and, if wished, explicit locals.
+
+    Time and memory grow linearly with the number of rows; symbolic work is done once per
+    template and pattern.
+
+    Args:
+        model: The flat model.
+        explicit_locals: Also take out variables that one row defines by others.
+
+    Raises:
+        AcausalError: I001, I002 if fixed start values of equal variables contradict.
+    """
+    system = _start(model)
+    rounds = 0
+    progress = True
+    while progress and rounds < MAX_ROUNDS:
+        rounds += 1
+        progress, system = _without_aliases(system, model)
+        if explicit_locals:
+            changed, system = _without_locals(system, model.n_rows)
+            progress = progress or changed
+    return _finish(model, system, rounds)
+
+
+def _start(model: FlatModel) -> _System:
+    n = model.variables.count
+
+    def tidy(families: Sequence[EquationFamily]) -> tuple[EquationFamily, ...]:
+        parts: list[EquationFamily] = []
+        for family in families:
+            parts += split_duplicates(renumbered(family, family.template))
+        return merge_families(parts)
+
+    return _System(
+        tidy(model.families),
+        (model.initial, *((assertion.family,) for assertion in model.assertions)),
+        (),
+        model.variables,
+        model.derivative,
+        np.arange(n),
+        np.ones(n, dtype=np.int8),
+        np.zeros(n, dtype=np.bool_),
+        np.zeros(model.n_rows, dtype=np.bool_),
+        (),
+    )
+
+
+def _without_aliases(system: _System, model: FlatModel) -> tuple[bool, _System]:
+    """Merge aliases and zeros until none is found."""
+    changed = False
+    while True:
+        families = without_zeros(system.families)
+        counts = row_counts(families, model.n_rows)
+        aliases = alias_rows(families, counts)
+        system = replace(system, families=families)
+        if aliases.rows.shape[0] == 0:
+            return changed, system
+        select = system.variables.state_select
+        priority = (
+            4 * (select <= StateSelect.DEFAULT)
+            + 2 * ~system.variables.fixed
+            + 1 * ~system.variables.start_given
+        ).astype(np.int64)
+        classes = alias_classes(aliases, system.derivative, priority)
+        if classes.used.rows.shape[0] == 0:
+            return changed, system
+        system = _merged(system, classes, model)
+        changed = True
+
+
+def _merged(system: _System, classes: AliasClasses, model: FlatModel) -> _System:
+    """Return the system with alias classes merged and their rows gone."""
+    rows = classes.used.rows
+    removed = system.removed.copy()
+    removed[rows] = True
+    families = without_rows(system.families, removed)
+    families = rewritten(families, classes.representative, classes.sign)
+    n = system.representative.shape[0]
+    families = combined_contributions(families, row_counts(families, model.n_rows), n)
+    sign = system.sign * classes.sign[system.representative]
+    return replace(
+        system,
+        families=families,
+        others=tuple(
+            rewritten(group, classes.representative, classes.sign) for group in system.others
+        ),
+        definitions=tuple(
+            rewritten(group, classes.representative, classes.sign)
+            for group in system.definitions
+        ),
+        variables=merged_attributes(
+            system.variables, classes.representative, classes.sign, model.names
+        ),
+        derivative=classes.derivative,
+        representative=classes.representative[system.representative],
+        sign=sign,
+        removed=removed,
+        redundant=(*system.redundant, rows[classes.redundant]),
+    )
+
+
+def _without_locals(system: _System, n_rows: int) -> tuple[bool, _System]:
+    """Take out pure outputs, then one batch of explicit locals."""
+    n = system.representative.shape[0]
+    variables = system.variables
+    blocked = (
+        variables.fixed
+        | (variables.state_select > StateSelect.DEFAULT)
+        | (system.derivative >= 0)
+        | system.defined
+    )
+    blocked[system.derivative[system.derivative >= 0]] = True
+    elsewhere = np.zeros(n, dtype=np.bool_)
+    for group in system.others:
+        for family in group:
+            elsewhere[family.operands[variable_slots(family)].ravel()] = True
+    changed = False
+    for sweeps in range(MAX_SWEEPS + 1):
+        counts = row_counts(system.families, n_rows)
+        uses = use_counts(system.families, n)
+        if sweeps == MAX_SWEEPS:
+            break
+        sweep = sweep_outputs(system.families, counts, uses, blocked | elsewhere, elsewhere)
+        if sweep is None:
+            break
+        changed = True
+        system = _defined(system, sweep.families, sweep.definitions, sweep.defined, sweep.rows)
+    chosen = choose_definitions(system.families, counts, uses, blocked | system.defined)
+    if not chosen:
+        return changed, system
+    definitions = merge_families([definition.value_family() for definition in chosen])
+    defined = np.concatenate([definition.variables for definition in chosen])
+    rows = np.concatenate([d.family.rows[d.members] for d in chosen])
+    removed = np.zeros(n_rows, dtype=np.bool_)
+    removed[rows] = True
+    families = put_in(without_rows(system.families, removed), chosen, n)
+    others = tuple(put_in(group, chosen, n) for group in system.others)
+    system = _defined(replace(system, others=others), families, definitions, defined, rows)
+    return True, system
+
+
+def _defined(
+    system: _System,
+    families: tuple[EquationFamily, ...],
+    definitions: tuple[EquationFamily, ...],
+    variables: Ids,
+    rows: Ids,
+) -> _System:
+    """Return the system after variables got definitions; later ones are evaluated first."""
+    defined, removed = system.defined.copy(), system.removed.copy()
+    defined[variables] = True
+    removed[rows] = True
+    return replace(
+        system,
+        families=families,
+        definitions=(definitions, *system.definitions),
+        defined=defined,
+        removed=removed,
+    )
+
+
+def _finish(model: FlatModel, system: _System, rounds: int) -> Elimination:
+    n = system.representative.shape[0]
+    counts = row_counts(system.families, model.n_rows)
+    present = counts > 0
+    row_of = np.flatnonzero(present)
+    number = np.cumsum(present) - 1
+    families = tuple(replace(f, rows=number[f.rows]) for f in system.families)
+    lost = ~present & ~system.removed
+    redundant = np.unique(np.concatenate([np.flatnonzero(lost), *system.redundant]))
+
+    own = system.representative == np.arange(n)
+    used = use_counts(families, n) > 0
+    for group in system.others:
+        for family in group:
+            used[family.operands[variable_slots(family)].ravel()] = True
+    active = own & (system.sign != 0) & ~system.defined
+    # A derivative that nothing uses any more is no unknown.
+    derivative = system.derivative.copy()
+    mothers = np.flatnonzero(derivative >= 0)
+    is_derivative = np.zeros(n, dtype=np.bool_)
+    is_derivative[model.derivative[model.derivative >= 0]] = True
+    idle = is_derivative & ~used & (derivative < 0)
+    active &= ~idle
+    derivative[mothers[idle[derivative[mothers]] | ~active[mothers]]] = -1
+
+    initial, *assertions = system.others
+    reduced = replace(
+        model,
+        variables=system.variables,
+        derivative=derivative,
+        families=families,
+        n_rows=row_of.shape[0],
+        initial=initial,
+        assertions=tuple(
+            replace(assertion, family=part)
+            for assertion, parts in zip(model.assertions, assertions, strict=True)
+            for part in parts
+        ),
+    )
+    zeros = int((system.sign == 0).sum())
+    statistics = Counts(
+        model.n_rows,
+        reduced.n_rows,
+        len(model.families),
+        len(families),
+        int((~own).sum()) - int((~own & (system.sign == 0)).sum()),
+        zeros,
+        int(system.defined.sum()),
+        rounds,
+    )
+    return Elimination(
+        reduced,
+        row_of,
+        system.representative,
+        system.sign,
+        tuple(family for group in system.definitions for family in group),
+        active,
+        redundant,
+        statistics,
+    )

@@ -1,0 +1,243 @@
+"""Explicit locals: variables that one row defines, ``x = f(...)``, are put into their uses.
+
+One batch at a time, a set of definitions is chosen of which none refers to another, and put into
+all families at once. What pays is judged as in sparse elimination (H. M. Markowitz, Management
+Science 3, 1957): a variable with ``u`` uses and ``s`` variables in its definition removes
+``u + s + 1`` entries of the Jacobian and makes ``u s``; and the value of ``f`` is then computed
+``u`` times instead of once. All members of a family that stand in equal surroundings are treated
+alike, so that a long chain of equal components keeps a handful of templates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.elimination.families import (
+    merge_families,
+    partition,
+    renumbered,
+    take_members,
+    variable_slots,
+)
+from acausal.elimination.linear_form import shifted, solved_for, tidied
+from acausal.elimination.rewriting import split_duplicates
+from acausal.expressions.nodes import RELATIONS, Expr, slot
+from acausal.expressions.traverse import postorder, substitute
+from acausal.flattening.model import EquationFamily, Ids, Operand
+
+Mask = NDArray[np.bool_]
+
+#: Entries of the Jacobian that one elimination may add.
+MAX_FILL = 0
+#: Additional operations that the repeated evaluation of a definition may cost.
+MAX_REPEATED_COST = 30
+#: Largest definition, and largest template something is put into, in nodes.
+MAX_DEFINITION = 60
+MAX_TEMPLATE = 240
+
+_COSTS = {"div": 4, "pow": 10, "call": 12}
+_JUMPS = ("sign", "floor", "ceil", "integer", "mod", "rem", "div", "abs", "min", "max")
+
+
+@lru_cache(maxsize=4096)
+def cost(template: Expr) -> int:
+    """Return about how many multiplications the evaluation of a template costs."""
+    return sum(_COSTS.get(e.op, 1) for e in postorder(template) if e.args and e.op != "neg")
+
+
+@lru_cache(maxsize=4096)
+def size(template: Expr) -> int:
+    """Return the number of nodes of a template."""
+    return len(postorder(template))
+
+
+@lru_cache(maxsize=4096)
+def has_jumps(template: Expr) -> bool:
+    """Return whether a template has relations or kinks, which make events."""
+    return any(
+        e.op in RELATIONS or (e.op == "call" and e.value in _JUMPS) for e in postorder(template)
+    )
+
+
+@lru_cache(maxsize=16384)
+def solution(template: Expr, key: int) -> Expr | None:
+    """Return ``f`` with ``slot(key) = f``, or None if the row is no definition of the slot."""
+    if has_jumps(template) or size(template) > MAX_DEFINITION:
+        return None
+    return solved_for(template, key)
+
+
+@dataclass(frozen=True)
+class Definitions:
+    """Variables ``variables = template(operands)``, all members of one family."""
+
+    family: EquationFamily
+    template: Expr
+    slot: int
+    members: Ids
+
+    @property
+    def variables(self) -> Ids:
+        """The defined variables."""
+        variables: Ids = self.family.operands[self.slot, self.members]
+        return variables
+
+    def value_family(self) -> EquationFamily:
+        """Return the definitions as a family: the value of the variable ``rows[k]``."""
+        part = take_members(self.family, self.members)
+        value = EquationFamily(
+            part.template, part.kinds, part.operands, part.operands[self.slot], part.origins
+        )
+        return renumbered(value, self.template)
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """All members of a family that could define the variable of one slot."""
+
+    order: tuple[float, int, int, int]
+    family: EquationFamily
+    template: Expr
+    slot: int
+    members: Ids
+
+
+def choose_definitions(
+    families: Sequence[EquationFamily], counts: Ids, uses: Ids, blocked: Mask
+) -> list[Definitions]:
+    """Return definitions that pay, none of which refers to another.
+
+    Args:
+        families: Families of the model.
+        counts: Number of contributions to each row.
+        uses: Number of member slots that refer to each variable.
+        blocked: Variables that must stay.
+    """
+    heavy = blocked.copy()
+    for family in families:
+        if size(family.template) > MAX_TEMPLATE:
+            heavy[family.operands[variable_slots(family)].ravel()] = True
+    choices: list[_Choice] = []
+    for index, family in enumerate(families):
+        ordinary: Mask | None = None
+        among = variable_slots(family)
+        for j in among:
+            value = solution(family.template, j)
+            if value is None:
+                continue
+            if ordinary is None:
+                ordinary = counts[family.rows] == 1
+            x = family.operands[j]
+            others = len(among) - 1
+            u = uses[x] - 1
+            pays = (u * others - u - others - 1 <= MAX_FILL) & (
+                (u - 1) * cost(value) <= MAX_REPEATED_COST
+            )
+            members = np.flatnonzero(pays & ordinary & ~heavy[x])
+            if members.shape[0]:
+                mean = float(u[members].mean())
+                choices.append(_Choice((mean, others, index, j), family, value, j, members))
+    choices.sort(key=lambda choice: choice.order)
+    defined = np.zeros(uses.shape[0], dtype=np.bool_)
+    referred = np.zeros(uses.shape[0], dtype=np.bool_)
+    spent = np.zeros(counts.shape[0], dtype=np.bool_)
+    chosen: list[Definitions] = []
+    for choice in choices:
+        members = _independent(choice, defined, referred, spent)
+        if members.shape[0]:
+            chosen.append(Definitions(choice.family, choice.template, choice.slot, members))
+    return chosen
+
+
+def _independent(choice: _Choice, defined: Mask, referred: Mask, spent: Mask) -> Ids:
+    """Return the members that fit to what is chosen already, and mark them as chosen."""
+    family = choice.family
+    members: Ids = choice.members
+    x: Ids = family.operands[choice.slot, members]
+    free = ~(defined[x] | referred[x] | spent[family.rows[members]])
+    others = [j for j in variable_slots(family) if j != choice.slot]
+    for j in others:
+        free &= ~defined[family.operands[j, members]]
+    members = members[free]
+    if members.shape[0] == 0:
+        return members
+    x = family.operands[choice.slot, members]
+    _, first = np.unique(x, return_index=True)
+    if first.shape[0] < members.shape[0]:
+        members = members[np.sort(first)]
+        x = family.operands[choice.slot, members]
+    # In a chain x[k] = f(x[k-1]) of one family all links stay: uniform, and no growing terms.
+    defined[x] = True
+    conflict = np.zeros(members.shape[0], dtype=np.bool_)
+    for j in others:
+        conflict |= defined[family.operands[j, members]]
+    if conflict.any():
+        for j in others:
+            referred[family.operands[j, members]] = True
+        defined[x] = False
+        stay = ~(conflict | referred[x])
+        for j in others:
+            referred[family.operands[j, members]] = False
+        members = members[stay]
+        x = x[stay]
+        defined[x] = True
+    for j in others:
+        referred[family.operands[j, members]] = True
+    spent[family.rows[members]] = True
+    return members
+
+
+def put_in(
+    families: Iterable[EquationFamily], definitions: Sequence[Definitions], n_variables: int
+) -> tuple[EquationFamily, ...]:
+    """Return the families with the defined variables replaced by their definitions."""
+    which = np.zeros(n_variables, dtype=np.int32)
+    member = np.zeros(n_variables, dtype=np.int64)
+    for number, definition in enumerate(definitions, start=1):
+        which[definition.variables] = number
+        member[definition.variables] = definition.members
+    result: list[EquationFamily] = []
+    for family in families:
+        hit = [j for j in variable_slots(family) if which[family.operands[j]].any()]
+        if not hit:
+            result.append(family)
+            continue
+        keys = [which[family.operands[j]] for j in hit]
+        for members in partition(keys, [len(definitions) + 1] * len(hit)):
+            part = take_members(family, members)
+            pattern = [(j, int(key[members[0]])) for j, key in zip(hit, keys, strict=True)]
+            pattern = [(j, number) for j, number in pattern if number]
+            if pattern:
+                result += _composed(part, pattern, definitions, member)
+            else:
+                result.append(part)
+    return merge_families(result)
+
+
+def _composed(
+    family: EquationFamily,
+    pattern: list[tuple[int, int]],
+    definitions: Sequence[Definitions],
+    member: Ids,
+) -> list[EquationFamily]:
+    """Return a family with the variables of some slots replaced by their definitions."""
+    kinds: list[Operand] = list(family.kinds)
+    operands = [family.operands]
+    mapping: dict[Expr, Expr] = {}
+    for j, number in pattern:
+        definition = definitions[number - 1]
+        source = definition.family
+        mapping[slot(j)] = shifted(definition.template, len(kinds))
+        kinds += source.kinds
+        operands.append(source.operands[:, member[family.operands[j]]])
+    template = tidied(substitute(family.template, mapping))
+    everything = EquationFamily(
+        template, tuple(kinds), np.concatenate(operands, axis=0), family.rows, family.origins
+    )
+    return split_duplicates(renumbered(everything, template))
+
