@@ -1,0 +1,518 @@
+"""SUNDIALS IDA with compiled callbacks: variable order, variable step BDF for F(t, y, y') = 0.
+
+Source of the method: Brenan, Campbell, Petzold, Numerical Solution of Initial-Value Problems in
+Differential-Algebraic Equations, SIAM 1996; Hindmarsh et al., SUNDIALS, ACM TOMS 31 (2005).
+
+No Python runs inside the integration. A run is a sequence of native stretches of some
+milliseconds, between which Python looks for Ctrl-C and tells the progress; when a single step takes
+longer than that, the stretch runs in a thread and a flag stops it between two evaluations.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+from ctypes import byref, c_double, c_int, c_long, c_void_p
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.solvers import native
+from acausal.solvers.failures import (
+    Failure,
+    IntegrationError,
+    Reason,
+    integration_error,
+    largest,
+    not_finite_rows,
+    singular_parts,
+)
+from acausal.solvers.native import Frame, Word
+from acausal.solvers.pacing import Pace, interruptible
+from acausal.solvers.protocol import Options, RunResult, Statistics, Status, StepResult
+from acausal.solvers.sundials import binding as c
+from acausal.solvers.system import NativeSystem, native_system
+
+if TYPE_CHECKING:
+    from acausal.assembly.problem import DAEProblem
+
+Array = NDArray[np.float64]
+
+#: Up to this size a dense matrix is as fast as a sparse one (measured with KLU).
+DENSE_LIMIT = 15
+#: Failures in a row at the same error test or Newton iteration before IDA gives up a step.
+MAX_FAILURES = 20
+#: First steps tried after a failure, as fractions of the distance to the limit, and whether
+#: the algebraic unknowns are computed anew before.
+LADDER = ((1e-6, False), (1e-10, False), (1e-6, True), (1e-10, True), (1e-13, True))
+#: Steps after which a recovered failure is forgotten.
+FORGET = 10
+
+_LOOP_TYPE = ctypes.CFUNCTYPE(c_int, c_void_p, c_void_p, ctypes.c_int64, c_void_p, c_void_p)
+_UNIT_ROUNDOFF = float(np.finfo(float).eps)
+
+
+class IDAIntegrator:
+    """The integrator ``ida``; see :class:`acausal.solvers.protocol.Integrator`."""
+
+    def __init__(
+        self, system: NativeSystem, t: float, y: Array, yp: Array, options: Options
+    ) -> None:
+        """Prepare an integration from a consistent point.
+
+        Raises:
+            AcausalError: R101 if there is no SUNDIALS.
+        """
+        self._open = False
+        self._c = c.bind()
+        self._options = options
+        self._system = system
+        self._n = n = system.problem.n
+        self._data = np.zeros((6, n))
+        self.y, self.yp, self._scratch, self._tolerance, self._start_y, self._start_yp = self._data
+        self._frame = Frame()
+        self._reached = c_double(t)
+        self._base = Statistics()
+        self._attempt = 0
+        self._small_first_step = False
+        self._pace = Pace(n)
+        self._context = self._c.context()
+        self._vectors = [
+            self._c.N_VMake_Serial(n, row.ctypes.data, self._context) for row in self._data[:4]
+        ]
+        self._matrix: int = 0
+        self._linear_solver: int = 0
+        self._pattern: tuple[object, object] | None = None
+        self._memory = c_void_p(self._c.IDACreate(self._context))
+        self._open = True
+        self._fill_frame()
+        self.y[:] = y
+        self.yp[:] = yp
+        self._remember_start(t)
+        self._initialise(t)
+
+    # --- set-up
+
+    def _fill_frame(self) -> None:
+        """Write the addresses that stay the same."""
+        lib, words = self._c, self._frame.words
+        words[Word.N] = self._n
+        words[Word.VECTOR_DATA] = lib.address("N_VGetArrayPointer")
+        words[Word.DENSE_DATA] = lib.address("SUNDenseMatrix_Data")
+        words[Word.SPARSE_DATA] = lib.address("SUNSparseMatrix_Data")
+        words[Word.SPARSE_INDPTR] = lib.address("SUNSparseMatrix_IndexPointers")
+        words[Word.SPARSE_INDICES] = lib.address("SUNSparseMatrix_IndexValues")
+        words[Word.SOLVE] = lib.address("IDASolve")
+        words[Word.STEP_COUNT] = lib.address("IDAGetNumSteps")
+        words[Word.MEMORY] = self._memory.value or 0
+        words[Word.Y_VECTOR], words[Word.YP_VECTOR] = self._vectors[:2]
+        words[Word.Y] = self.y.ctypes.data
+        words[Word.YP] = self.yp.ctypes.data
+        self._loop = _LOOP_TYPE(native.addresses()["output_loop"])
+
+    def _initialise(self, t: float) -> None:
+        lib, memory = self._c, self._memory
+        y, yp, _, _ = self._vectors
+        if lib.sundials.version < (7, 0, 0):
+            lib.IDASetErrFile(memory, None)
+        self._check(lib.IDAInit(memory, native.addresses()["ida_residual"], t, y, yp))
+        self._check(lib.IDASetUserData(memory, self._frame.address))
+        lib.IDASetMaxErrTestFails(memory, MAX_FAILURES)
+        lib.IDASetMaxConvFails(memory, MAX_FAILURES)
+        if np.isfinite(self._options.max_step):
+            lib.IDASetMaxStep(memory, self._options.max_step)
+        if self._options.initial_step is not None:
+            lib.IDASetInitStep(memory, self._options.initial_step)
+        self._attach(self._system)
+
+    def _attach(self, system: NativeSystem) -> None:
+        """Connect a problem: tolerances, kinds of unknowns, pattern, kernels."""
+        lib, memory, problem = self._c, self._memory, system.problem
+        self._system = system
+        words = self._frame.words
+        words[Word.RESIDUAL] = system.residual_address
+        words[Word.JACOBIAN] = system.jacobian_address
+        words[Word.TABLE] = system.table_address
+        tolerance = self._vectors[3]
+        self._tolerance[:] = problem.differential
+        self._check(lib.IDASetId(memory, tolerance))
+        self._suppress(bool(self._options.suppress_algebraic))
+        np.multiply(problem.nominal, self._options.absolute_tolerance, out=self._tolerance)
+        self._check(
+            lib.IDASVtolerances(memory, self._options.relative_tolerance, tolerance)
+        )
+        if not self._same_pattern(system):
+            self._make_matrix(system)
+
+    def _suppress(self, wanted: bool) -> None:
+        # Without a single state, IDA would have nothing left to control the step with.
+        possible = bool(self._system.problem.differential.any())
+        self._c.IDASetSuppressAlg(self._memory, int(wanted and possible))
+
+    def _same_pattern(self, system: NativeSystem) -> bool:
+        if self._pattern is None:
+            return False
+        old_indptr, old_indices = self._pattern
+        new = system.problem
+        if old_indptr is new.indptr and old_indices is new.indices:
+            return True
+        return np.array_equal(old_indptr, new.indptr) and np.array_equal(  # type: ignore[call-overload]
+            old_indices, new.indices
+        )
+
+    def _make_matrix(self, system: NativeSystem) -> None:
+        """Make the matrix and the linear solver for the problem's pattern."""
+        lib, words, problem, n = self._c, self._frame.words, system.problem, self._n
+        wanted = self._options.linear_solver
+        dense = n <= DENSE_LIMIT if wanted == "auto" else wanted == "dense"
+        words[Word.NNZ] = problem.nnz
+        y = self._vectors[0]
+        if dense:
+            columns = np.repeat(np.arange(n, dtype=np.int64), np.diff(problem.indptr))
+            self._positions = columns * n + problem.indices
+            self._values = np.zeros(max(problem.nnz, 1))
+            words[Word.POSITIONS] = self._positions.ctypes.data
+            words[Word.VALUES] = self._values.ctypes.data
+            matrix = lib.SUNDenseMatrix(n, n, self._context)
+            solver = lib.SUNLinSol_Dense(y, matrix, self._context)
+            callback = "ida_jacobian_dense"
+        else:
+            index = np.int32 if lib.index_bytes == 4 else np.int64
+            self._indptr = np.ascontiguousarray(problem.indptr, dtype=index)
+            self._indices = np.ascontiguousarray(problem.indices, dtype=index)
+            words[Word.INDPTR] = self._indptr.ctypes.data
+            words[Word.INDICES] = self._indices.ctypes.data
+            matrix = lib.SUNSparseMatrix(n, n, max(problem.nnz, 1), c.CSC_MATRIX, self._context)
+            solver = lib.sparse_solver(y, matrix, self._context)
+            callback = f"ida_jacobian_sparse{8 * lib.index_bytes}"
+        if not matrix or not solver:
+            raise MemoryError("SUNDIALS cannot allocate its matrix")
+        self._check(lib.IDASetLinearSolver(self._memory, solver, matrix))
+        self._check(lib.IDASetJacFn(self._memory, native.addresses()[callback]))
+        self._free_matrix()
+        self._matrix, self._linear_solver = matrix, solver
+        self._pattern = (problem.indptr, problem.indices)
+
+    def _check(self, flag: int) -> None:
+        if flag < 0:
+            failure = Failure(Reason.OTHER, self.t)
+            raise integration_error(
+                failure, self._options.labels, (f"SUNDIALS returned {flag} during set-up",)
+            )
+
+    # --- the protocol
+
+    @property
+    def t(self) -> float:
+        """Time of ``y`` and ``yp``, seconds."""
+        return self._reached.value
+
+    def step(self, t_limit: float) -> StepResult:
+        """Take one internal step; see the protocol."""
+        lib, memory = self._c, self._memory
+        if self._too_many():
+            return StepResult(self.t, Status.FAILED, self._too_many_steps())
+        while True:
+            lib.IDASetStopTime(memory, t_limit)
+            flag = lib.IDASolve(
+                memory, t_limit, byref(self._reached), *self._vectors[:2], c.IDA_ONE_STEP
+            )
+            if flag >= 0:
+                reached = flag == c.IDA_TSTOP_RETURN or self.t >= t_limit
+                return StepResult(self.t, Status.REACHED if reached else Status.STEPPED)
+            if flag == c.IDA_ILL_INPUT and self._inside_last_step(t_limit):
+                return StepResult(t_limit, Status.REACHED)
+            if not self._recover(flag, t_limit):
+                return StepResult(self.t, Status.FAILED, self._failure(flag))
+
+    def run(
+        self, times: Array, out_y: Array, out_yp: Array, t_limit: float | None = None
+    ) -> RunResult:
+        """Integrate and fill rows; see the protocol."""
+        times = np.ascontiguousarray(times, dtype=np.float64)
+        rows = len(times)
+        for out in (out_y, out_yp):
+            if out.shape != (rows, self._n) or out.dtype != np.float64:
+                raise ValueError(f"output must be float64 of shape {(rows, self._n)}")
+            if not out.flags.c_contiguous:
+                raise ValueError("output must be C-contiguous")
+        words = self._frame.words
+        words[Word.ROWS] = 0
+        self._frame.doubles[Word.REACHED] = self.t
+        if rows == 0:
+            return RunResult(0, Status.REACHED)
+        limit = float(times[-1]) if t_limit is None else max(t_limit, float(times[-1]))
+        # IDA refuses a first output time that is the initial time.
+        near = 8.0 * _UNIT_ROUNDOFF * (abs(self.t) + abs(limit))
+        while words[Word.ROWS] < rows and times[words[Word.ROWS]] - self.t <= near:
+            row = int(words[Word.ROWS])
+            out_y[row], out_yp[row] = self.y, self.yp
+            words[Word.ROWS] += 1
+        try:
+            failure = self._run(times, out_y, out_yp, limit)
+        except KeyboardInterrupt:
+            return RunResult(int(words[Word.ROWS]), Status.INTERRUPTED)
+        finally:
+            words[Word.STOP] = 0
+            self._reached.value = float(self._frame.doubles[Word.REACHED])
+        status = Status.REACHED if failure is None else Status.FAILED
+        return RunResult(int(words[Word.ROWS]), status, failure)
+
+    def _run(
+        self, times: Array, out_y: Array, out_yp: Array, limit: float
+    ) -> IntegrationError | None:
+        """Fill the rows that are left; return why it stopped early."""
+        lib, memory, frame, pace = self._c, self._memory, self._frame, self._pace
+        words, rows = frame.words, len(times)
+        progress = self._options.progress
+        arguments = (frame.address, times.ctypes.data)
+        outputs = (out_y.ctypes.data, out_yp.ctypes.data)
+        while words[Word.ROWS] < rows:
+            if self._too_many():
+                return self._too_many_steps()
+            before = self._steps()
+            budget = self._within_limit(pace.steps)
+            words[Word.STEP_LIMIT] = before + budget
+            lib.IDASetMaxNumSteps(memory, budget)
+            lib.IDASetStopTime(memory, limit)
+            last = min(rows, int(words[Word.ROWS]) + pace.rows)
+            with pace.measure():
+                if pace.slow:
+                    flag = interruptible(
+                        lambda last=last: self._loop(*arguments, last, *outputs), self._halt
+                    )
+                else:
+                    flag = self._loop(*arguments, last, *outputs)
+            pace.learn(self._steps() - before)
+            self._reached.value = float(frame.doubles[Word.REACHED])
+            if flag < 0 and flag != c.IDA_TOO_MUCH_WORK and not self._recover(flag, limit):
+                return self._failure(flag)
+            if progress is not None:
+                progress(self.t)
+        return None
+
+    def _halt(self) -> None:
+        self._frame.words[Word.STOP] = 1
+
+    def interpolate(self, t: float, order: int = 0) -> Array:
+        """Return ``y`` or ``y'`` inside the last step; see the protocol."""
+        if self._c.IDAGetDky(self._memory, t, order, self._vectors[2]) == c.IDA_SUCCESS:
+            return self._scratch.copy()
+        if t == self.t:
+            return (self.yp if order else self.y).copy()
+        raise ValueError(f"{t} is not inside the last step, which ends at {self._current_time()}")
+
+    def restart(
+        self, t: float, y: Array, yp: Array, problem: DAEProblem | NativeSystem | None = None
+    ) -> None:
+        """Go on from other values; see the protocol."""
+        self._base = self.statistics
+        self._frame.words[Word.RESIDUAL_COUNT] = 0
+        self._frame.words[Word.JACOBIAN_COUNT] = 0
+        self.y[:] = y
+        self.yp[:] = yp
+        self._remember_start(t)
+        self._attempt = 0
+        self._reinitialise(t, self._options.initial_step or 0.0)
+        if problem is not None:
+            system = native_system(problem)
+            if system.problem.n != self._n:
+                raise ValueError("the new problem has another size")
+            self._attach(system)
+
+    @property
+    def statistics(self) -> Statistics:
+        """What it has cost so far."""
+        base, words = self._base, self._frame.words
+        order = c_int()
+        self._c.IDAGetLastOrder(self._memory, byref(order))
+        return Statistics(
+            base.steps + self._steps(),
+            base.residual_evaluations + int(words[Word.RESIDUAL_COUNT]),
+            base.jacobian_evaluations + int(words[Word.JACOBIAN_COUNT]),
+            base.error_test_failures + self._count("IDAGetNumErrTestFails"),
+            base.convergence_failures + self._count("IDAGetNumNonlinSolvConvFails"),
+            order.value or base.last_order,
+            self._double("IDAGetLastStep") or base.last_step,
+        )
+
+    def close(self) -> None:
+        """Free SUNDIALS' memory."""
+        if not self._open:
+            return
+        self._open = False
+        self._c.IDAFree(byref(self._memory))
+        self._free_matrix()
+        for vector in self._vectors:
+            self._c.N_VDestroy(vector)
+        self._c.SUNContext_Free(byref(self._context))
+
+    def __del__(self) -> None:
+        with contextlib.suppress(Exception):
+            self.close()
+
+    def _free_matrix(self) -> None:
+        if self._linear_solver:
+            self._c.SUNLinSolFree(self._linear_solver)
+            self._c.SUNMatDestroy(self._matrix)
+        self._linear_solver = self._matrix = 0
+
+    # --- counters
+
+    def _count(self, name: str) -> int:
+        value = c_long()
+        getattr(self._c, name)(self._memory, byref(value))
+        return int(value.value)
+
+    def _double(self, name: str) -> float:
+        value = c_double()
+        getattr(self._c, name)(self._memory, byref(value))
+        return float(value.value)
+
+    def _steps(self) -> int:
+        """Steps since the last restart."""
+        return self._count("IDAGetNumSteps")
+
+    def _current_time(self) -> float:
+        """End of the last step, which may lie past :attr:`t`."""
+        return self._double("IDAGetCurrentTime")
+
+    def _within_limit(self, budget: int) -> int:
+        limit = self._options.max_steps
+        if limit is None:
+            return budget
+        return max(1, min(budget, limit - self._base.steps - self._steps()))
+
+    def _too_many(self) -> bool:
+        limit = self._options.max_steps
+        return limit is not None and self._base.steps + self._steps() >= limit
+
+    # --- failures
+
+    def _remember_start(self, t: float) -> None:
+        self._reached.value = t
+        self._start_t = t
+        self._start_y[:] = self.y
+        self._start_yp[:] = self.yp
+
+    def _reinitialise(self, t: float, first_step: float) -> None:
+        y, yp = self._vectors[:2]
+        self._check(self._c.IDAReInit(self._memory, t, y, yp))
+        self._c.IDASetInitStep(self._memory, first_step)
+
+    def _inside_last_step(self, t: float) -> bool:
+        """Go back to a time inside the last step, if it is one."""
+        lib, (y, yp) = self._c, self._vectors[:2]
+        if not self.t <= t <= self._current_time():
+            return False
+        if lib.IDAGetDky(self._memory, t, 1, yp) or lib.IDAGetDky(self._memory, t, 0, y):
+            return False
+        self._reached.value = t
+        return True
+
+    def _recover(self, flag: int, t_limit: float) -> bool:
+        """Start anew at order 1 with a small step where a step has failed.
+
+        A jump in the equations (a source that switches, an idealised friction) leaves the
+        history of the method useless; from the last good point it can go on. At the initial time,
+        the first step that IDA chooses can be too large by many orders of magnitude.
+
+        Returns:
+            Whether it is worth trying again.
+        """
+        recoverable = (
+            c.IDA_ERR_FAIL,
+            c.IDA_CONV_FAIL,
+            c.IDA_REP_RES_ERR,
+            c.IDA_FIRST_RES_FAIL,
+            c.IDA_LSETUP_FAIL,
+            c.IDA_LSOLVE_FAIL,
+        )
+        if flag not in recoverable or self._frame.words[Word.STOP]:
+            return False
+        steps = self._steps()
+        self._attempt = 0 if steps >= FORGET else self._attempt
+        if self._attempt >= len(LADDER):
+            return False
+        self._failed_step = self._double("IDAGetCurrentStep")
+        fraction, compute = LADDER[self._attempt]
+        self._attempt += 1
+        if steps > 0:
+            t = self._current_time()
+            y, yp = self._vectors[:2]
+            if self._c.IDAGetDky(self._memory, t, 0, y) or self._c.IDAGetDky(
+                self._memory, t, 1, yp
+            ):
+                return False
+        else:
+            t = self._start_t
+            self.y[:] = self._start_y
+            self.yp[:] = self._start_yp
+        attempt = self._attempt
+        self._base = self.statistics
+        self._frame.words[Word.RESIDUAL_COUNT] = self._frame.words[Word.JACOBIAN_COUNT] = 0
+        smallest = 16.0 * _UNIT_ROUNDOFF * max(abs(t), abs(t_limit) * 1e-3)
+        step = max(fraction * (t_limit - t), smallest)
+        if not t + step <= t_limit:
+            return False
+        self._remember_start(t)
+        self._reinitialise(t, step)
+        if compute:
+            self._compute_consistent(t, step)
+        self._attempt = attempt
+        return True
+
+    def _compute_consistent(self, t: float, step: float) -> None:
+        """Solve for the algebraic unknowns and the derivatives of the states."""
+        lib, memory, (y, yp) = self._c, self._memory, self._vectors[:2]
+        if lib.IDACalcIC(memory, c.IDA_YA_YDP_INIT, t + step) == c.IDA_SUCCESS:
+            lib.IDAGetConsistentIC(memory, y, yp)
+        else:
+            self.y[:] = self._start_y
+            self.yp[:] = self._start_yp
+        self._reinitialise(t, step)
+
+    def _too_many_steps(self) -> IntegrationError:
+        failure = Failure(Reason.TOO_MANY_STEPS, self.t, self._double("IDAGetLastStep"))
+        return integration_error(
+            failure, self._options.labels, (f"limit: {self._options.max_steps} steps",)
+        )
+
+    def _failure(self, flag: int) -> IntegrationError:
+        """Find out why IDA gave up."""
+        words, labels = self._frame.words, self._options.labels
+        t = self.t
+        step = self._double("IDAGetCurrentStep")
+        bad_time = float(self._frame.doubles[Word.NOT_FINITE_TIME])
+        near = 2.0 * abs(step) + 1e-12 * abs(t)
+        finite = not words[Word.NOT_FINITE_COUNT] or abs(bad_time - t) > near
+        if flag in (c.IDA_REP_RES_ERR, c.IDA_FIRST_RES_FAIL) or not finite:
+            row = int(words[Word.NOT_FINITE_ROW])
+            rows = (row,) if row >= 0 else not_finite_rows(self._system, t, self.y, self.yp)
+            return integration_error(Failure(Reason.NOT_FINITE, t, step, (), rows), labels)
+        singular = self._count("IDAGetLastLinFlag") > 0
+        if singular or flag in (c.IDA_LSETUP_FAIL, c.IDA_LSOLVE_FAIL, c.IDA_CONV_FAIL):
+            cj = 1.0 / step if step > 0.0 else 0.0
+            unknowns, rows = singular_parts(self._system, t, cj, self.y, self.yp)
+            if singular or unknowns or rows:
+                failure = Failure(Reason.SINGULAR, t, step, unknowns, rows)
+                return integration_error(failure, labels)
+        reasons = {c.IDA_ERR_FAIL: Reason.ERROR_TEST, c.IDA_CONV_FAIL: Reason.CONVERGENCE}
+        reason = reasons.get(flag, Reason.OTHER)
+        notes = (f"SUNDIALS returned {flag}",) if reason is Reason.OTHER else ()
+        failure = Failure(reason, t, step, self._worst_unknowns(reason))
+        return integration_error(failure, labels, notes)
+
+    def _worst_unknowns(self, reason: Reason) -> tuple[int, ...]:
+        """Return the unknowns with the largest estimated error relative to the tolerance."""
+        if self._c.IDAGetErrWeights(self._memory, self._vectors[2]):
+            return ()
+        weights = self._scratch.copy()
+        if self._c.IDAGetEstLocalErrors(self._memory, self._vectors[2]):
+            return ()
+        errors = self._scratch * weights
+        suppressed = self._options.suppress_algebraic and reason is Reason.ERROR_TEST
+        if suppressed and self._system.problem.differential.any():
+            errors = np.where(self._system.problem.differential, errors, 0.0)
+        return largest(errors)

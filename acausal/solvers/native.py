@@ -1,0 +1,339 @@
+"""Native callbacks between SUNDIALS and the kernels, and the native output loop.
+
+SUNDIALS calls with N_Vectors and matrices, kernels want arrays. The functions here convert,
+count, look for numbers that are not finite, and obey a stop flag, all without Python. Their
+user data is a :class:`Frame`, an array of 64-bit words; addresses are read from it, so
+that the code is the same for every problem, process and library, and can be cached.
+"""
+
+from __future__ import annotations
+
+import functools
+from enum import IntEnum, auto
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Word(IntEnum):
+    """Positions in a frame."""
+
+    STOP = 0  #: not zero: every callback returns an unrecoverable error
+    RESIDUAL = auto()  #: ``i32 (double t, double* y, double* yp, double* out, void* table)``
+    JACOBIAN = auto()  #: ``i32 (double t, double cj, double* y, double* yp, double* out, void*)``
+    TABLE = auto()  #: last argument of both
+    N = auto()
+    NNZ = auto()
+    INDPTR = auto()  #: column pointers, in the library's index width
+    INDICES = auto()  #: row indices, in the library's index width
+    POSITIONS = auto()  #: position of each entry in a dense column-major matrix, int64
+    VALUES = auto()  #: scratch for ``nnz`` values, dense matrices only
+    RESIDUAL_COUNT = auto()
+    JACOBIAN_COUNT = auto()
+    NOT_FINITE_COUNT = auto()
+    NOT_FINITE_TIME = auto()  #: time of the last such evaluation, a double
+    NOT_FINITE_ROW = auto()  #: first such row of the last such residual, -1 for a Jacobian
+    VECTOR_DATA = auto()  #: N_VGetArrayPointer
+    DENSE_DATA = auto()  #: SUNDenseMatrix_Data
+    SPARSE_DATA = auto()  #: SUNSparseMatrix_Data
+    SPARSE_INDPTR = auto()  #: SUNSparseMatrix_IndexPointers
+    SPARSE_INDICES = auto()  #: SUNSparseMatrix_IndexValues
+    SOLVE = auto()  #: IDASolve
+    MEMORY = auto()  #: IDA's memory
+    Y_VECTOR = auto()
+    YP_VECTOR = auto()
+    Y = auto()  #: data of the vectors
+    YP = auto()
+    REACHED = auto()  #: time reached by the last IDASolve, a double
+    STEP_COUNT = auto()  #: IDAGetNumSteps
+    STEPS = auto()  #: steps so far, since the last restart
+    STEP_LIMIT = auto()  #: the output loop pauses when there are so many
+    ROWS = auto()  #: output rows filled
+    COUNT = auto()
+
+
+class Frame:
+    """User data of the callbacks: words, and views of the ones that are doubles."""
+
+    def __init__(self) -> None:
+        self.words: NDArray[np.int64] = np.zeros(Word.COUNT, dtype=np.int64)
+        self.doubles: NDArray[np.float64] = self.words.view(np.float64)
+        self.address = int(self.words.ctypes.data)
+
+    def address_of(self, word: Word) -> int:
+        """Return the address of one word."""
+        return self.address + 8 * int(word)
+
+
+def _ir() -> str:
+    """Return the LLVM IR of all functions."""
+
+    def load(name: str, word: Word, kind: str = "ptr") -> str:
+        return (
+            f"  %{name}_at = getelementptr i64, ptr %frame, i64 {int(word)}\n"
+            f"  %{name} = load {kind}, ptr %{name}_at\n"
+        )
+
+    def count(name: str, word: Word) -> str:
+        return (
+            load(name, word, "i64")
+            + f"  %{name}_more = add i64 %{name}, 1\n  store i64 %{name}_more, ptr %{name}_at\n"
+        )
+
+    # x * 0 is 0 for finite x, else NaN; the sum tells about all of them. Four at a time.
+    finite = """
+define internal i1 @all_finite(ptr %x, i64 %n) {
+entry:
+  %whole = and i64 %n, -4
+  %some = icmp sgt i64 %whole, 0
+  br i1 %some, label %four, label %middle
+four:
+  %i = phi i64 [0, %entry], [%i4, %four]
+  %s = phi <4 x double> [zeroinitializer, %entry], [%s4, %four]
+  %at = getelementptr double, ptr %x, i64 %i
+  %v = load <4 x double>, ptr %at, align 8
+  %z = fmul <4 x double> %v, zeroinitializer
+  %s4 = fadd <4 x double> %s, %z
+  %i4 = add i64 %i, 4
+  %on = icmp slt i64 %i4, %whole
+  br i1 %on, label %four, label %middle
+middle:
+  %v4 = phi <4 x double> [zeroinitializer, %entry], [%s4, %four]
+  %e0 = extractelement <4 x double> %v4, i32 0
+  %e1 = extractelement <4 x double> %v4, i32 1
+  %e2 = extractelement <4 x double> %v4, i32 2
+  %e3 = extractelement <4 x double> %v4, i32 3
+  %e01 = fadd double %e0, %e1
+  %e23 = fadd double %e2, %e3
+  %e = fadd double %e01, %e23
+  %rest = icmp slt i64 %whole, %n
+  br i1 %rest, label %one, label %done
+one:
+  %j = phi i64 [%whole, %middle], [%j1, %one]
+  %a = phi double [%e, %middle], [%a1, %one]
+  %jat = getelementptr double, ptr %x, i64 %j
+  %w = load double, ptr %jat
+  %wz = fmul double %w, 0.0
+  %a1 = fadd double %a, %wz
+  %j1 = add i64 %j, 1
+  %more = icmp slt i64 %j1, %n
+  br i1 %more, label %one, label %done
+done:
+  %total = phi double [%e, %middle], [%a1, %one]
+  %ok = fcmp oeq double %total, 0.0
+  ret i1 %ok
+}
+"""
+    # Return values as SUNDIALS wants them: 0 good, > 0 try a smaller step, < 0 give up.
+    check = (
+        """
+define internal i32 @check(ptr %frame, double %t, ptr %x, i64 %n, i32 %flag, i1 %rows) {
+  %good = icmp eq i32 %flag, 0
+  br i1 %good, label %look, label %out
+look:
+  %ok = call i1 @all_finite(ptr %x, i64 %n)
+  br i1 %ok, label %out, label %bad
+bad:
+"""
+        + count("bads", Word.NOT_FINITE_COUNT)
+        + f"""  %time_at = getelementptr i64, ptr %frame, i64 {int(Word.NOT_FINITE_TIME)}
+  store double %t, ptr %time_at
+  %row_at = getelementptr i64, ptr %frame, i64 {int(Word.NOT_FINITE_ROW)}
+  store i64 -1, ptr %row_at
+  br i1 %rows, label %find, label %retry
+find:
+  %k = phi i64 [0, %bad], [%k1, %find]
+  %at = getelementptr double, ptr %x, i64 %k
+  %v = load double, ptr %at
+  %z = fmul double %v, 0.0
+  %fine = fcmp oeq double %z, 0.0
+  %k1 = add i64 %k, 1
+  br i1 %fine, label %find, label %found
+found:
+  store i64 %k, ptr %row_at
+  br label %retry
+retry:
+  ret i32 1
+out:
+  ret i32 %flag
+}}
+"""
+    )
+    residual = (
+        """
+define i32 @ida_residual(double %t, ptr %yy, ptr %yyp, ptr %rr, ptr %frame) {
+"""
+        + load("stop", Word.STOP, "i64")
+        + """  %halt = icmp ne i64 %stop, 0
+  br i1 %halt, label %give_up, label %go
+give_up:
+  ret i32 -1
+go:
+"""
+        + load("data", Word.VECTOR_DATA)
+        + load("f", Word.RESIDUAL)
+        + load("table", Word.TABLE)
+        + load("n", Word.N, "i64")
+        + count("calls", Word.RESIDUAL_COUNT)
+        + """  %y = call ptr %data(ptr %yy)
+  %yp = call ptr %data(ptr %yyp)
+  %r = call ptr %data(ptr %rr)
+  %flag = call i32 %f(double %t, ptr %y, ptr %yp, ptr %r, ptr %table)
+  %result = call i32 @check(ptr %frame, double %t, ptr %r, i64 %n, i32 %flag, i1 true)
+  ret i32 %result
+}
+"""
+    )
+
+    def jacobian(name: str, values: str, before: str, after: str) -> str:
+        return (
+            f"\ndefine i32 @{name}(double %t, double %cj, ptr %yy, ptr %yyp, ptr %rr, "
+            "ptr %J, ptr %frame, ptr %a, ptr %b, ptr %c) {\n"
+            + load("stop", Word.STOP, "i64")
+            + """  %halt = icmp ne i64 %stop, 0
+  br i1 %halt, label %give_up, label %go
+give_up:
+  ret i32 -1
+go:
+"""
+            + load("data", Word.VECTOR_DATA)
+            + load("f", Word.JACOBIAN)
+            + load("table", Word.TABLE)
+            + load("nnz", Word.NNZ, "i64")
+            + load("n", Word.N, "i64")
+            + count("calls", Word.JACOBIAN_COUNT)
+            + "  %y = call ptr %data(ptr %yy)\n  %yp = call ptr %data(ptr %yyp)\n"
+            + values
+            + before
+            + "  %flag = call i32 %f(double %t, double %cj, ptr %y, ptr %yp, ptr %x, ptr %table)\n"
+            + "  %result = call i32 @check("
+            "ptr %frame, double %t, ptr %x, i64 %nnz, i32 %flag, i1 false)\n"
+            + after
+            + "}\n"
+        )
+
+    def sparse(bits: int) -> str:
+        # SUNDIALS clears the pattern together with the values: write it again.
+        size = bits // 8
+        before = (
+            load("get_p", Word.SPARSE_INDPTR)
+            + load("get_i", Word.SPARSE_INDICES)
+            + load("p", Word.INDPTR)
+            + load("i", Word.INDICES)
+            + f"""  %to_p = call ptr %get_p(ptr %J)
+  %to_i = call ptr %get_i(ptr %J)
+  %n1 = add i64 %n, 1
+  %p_size = mul i64 %n1, {size}
+  %i_size = mul i64 %nnz, {size}
+  call void @llvm.memcpy.p0.p0.i64(ptr %to_p, ptr %p, i64 %p_size, i1 false)
+  call void @llvm.memcpy.p0.p0.i64(ptr %to_i, ptr %i, i64 %i_size, i1 false)
+"""
+        )
+        values = load("get_x", Word.SPARSE_DATA) + "  %x = call ptr %get_x(ptr %J)\n"
+        return jacobian(f"ida_jacobian_sparse{bits}", values, before, "  ret i32 %result\n")
+
+    dense = jacobian(
+        "ida_jacobian_dense",
+        load("x", Word.VALUES),
+        "",
+        load("get_d", Word.DENSE_DATA)
+        + load("positions", Word.POSITIONS)
+        + """  %d = call ptr %get_d(ptr %J)
+  %some = icmp sgt i64 %nnz, 0
+  br i1 %some, label %scatter, label %done
+scatter:
+  %k = phi i64 [0, %go], [%k1, %scatter]
+  %from = getelementptr double, ptr %x, i64 %k
+  %value = load double, ptr %from
+  %position_at = getelementptr i64, ptr %positions, i64 %k
+  %position = load i64, ptr %position_at
+  %to = getelementptr double, ptr %d, i64 %position
+  store double %value, ptr %to
+  %k1 = add i64 %k, 1
+  %more = icmp slt i64 %k1, %nnz
+  br i1 %more, label %scatter, label %done
+done:
+  ret i32 %result
+""",
+    )
+    loop = (
+        """
+define i32 @output_loop(ptr %frame, ptr %times, i64 %last, ptr %out_y, ptr %out_yp) {
+entry:
+"""
+        + load("solve", Word.SOLVE)
+        + load("memory", Word.MEMORY)
+        + load("yy", Word.Y_VECTOR)
+        + load("yyp", Word.YP_VECTOR)
+        + load("y", Word.Y)
+        + load("yp", Word.YP)
+        + load("n", Word.N, "i64")
+        + load("get_steps", Word.STEP_COUNT)
+        + load("limit", Word.STEP_LIMIT, "i64")
+        + load("first", Word.ROWS, "i64")
+        + f"""  %reached = getelementptr i64, ptr %frame, i64 {int(Word.REACHED)}
+  %steps = getelementptr i64, ptr %frame, i64 {int(Word.STEPS)}
+  %size = mul i64 %n, 8
+  br label %next
+next:
+  %k = phi i64 [%first, %entry], [%k1, %keep]
+  %result = phi i32 [0, %entry], [%flag, %keep]
+  %any = icmp slt i64 %k, %last
+  br i1 %any, label %go, label %end
+go:
+  %time_at = getelementptr double, ptr %times, i64 %k
+  %time = load double, ptr %time_at
+  %flag = call i32 %solve(ptr %memory, double %time, ptr %reached, ptr %yy, ptr %yyp, i32 1)
+  call i32 %get_steps(ptr %memory, ptr %steps)
+  %bad = icmp slt i32 %flag, 0
+  br i1 %bad, label %stop, label %keep
+stop:
+  ret i32 %flag
+keep:
+  %offset = mul i64 %k, %n
+  %row = getelementptr double, ptr %out_y, i64 %offset
+  %rowp = getelementptr double, ptr %out_yp, i64 %offset
+  call void @llvm.memcpy.p0.p0.i64(ptr %row, ptr %y, i64 %size, i1 false)
+  call void @llvm.memcpy.p0.p0.i64(ptr %rowp, ptr %yp, i64 %size, i1 false)
+  %k1 = add i64 %k, 1
+  store i64 %k1, ptr %first_at
+  %taken = load i64, ptr %steps
+  %on = icmp slt i64 %taken, %limit
+  br i1 %on, label %next, label %pause
+pause:
+  ret i32 %flag
+end:
+  ret i32 %result
+}}
+declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)
+"""
+    )
+    return finite + check + residual + sparse(32) + sparse(64) + dense + loop
+
+
+NAMES = (
+    "ida_residual",
+    "ida_jacobian_sparse32",
+    "ida_jacobian_sparse64",
+    "ida_jacobian_dense",
+    "output_loop",
+)
+
+
+@functools.cache
+def addresses() -> dict[str, int]:
+    """Compile the functions once per process and return their addresses by name."""
+    import llvmlite.binding as llvm
+
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    machine = llvm.Target.from_default_triple().create_target_machine(opt=1)
+    module = llvm.parse_assembly(_ir())
+    module.verify()
+    engine = llvm.create_mcjit_compiler(module, machine)
+    engine.finalize_object()
+    _keep_alive.append(engine)
+    return {name: int(engine.get_function_address(name)) for name in NAMES}
+
+
+_keep_alive: list[object] = []
