@@ -1,0 +1,121 @@
+"""Writes the ``.acm`` file of a Modelica Standard Library example from its JSON description.
+
+Usage: ``python tests/msl/translate.py DESCRIPTION.json [SUBCIRCUITS.json] > case.acm``
+
+The description lists components, modifiers, connections, equations and sub-circuits by name. Package
+names are mapped by the rule of the library (sub-packages of one field fall together), everything else
+is copied one to one.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+PACKAGES = [
+    (r"Electrical\.Analog\.(Interfaces|Basic|Ideal|Semiconductors|Sources|Sensors|Lines)\.", "electrical."),
+    (r"Mechanics\.Translational\.(Interfaces|Components|Sources|Sensors)\.", "mechanical.translational."),
+    (r"Mechanics\.Rotational\.(Interfaces|Components|Sources|Sensors)\.", "mechanical.rotational."),
+    (r"Thermal\.HeatTransfer\.(Interfaces|Components|Sources|Sensors)\.", "thermal."),
+    (r"Thermal\.HeatTransfer\.Celsius\.", "thermal.celsius."),
+    (r"Magnetic\.FluxTubes\.(Interfaces|Basic|Sources|Sensors|Shapes\.\w+)\.", "magnetic."),
+    (r"Blocks\.Types\.", "blocks."),
+    (r"Blocks\.(Interfaces|Continuous|Nonlinear|Math|Logical|Sources|Tables|Routing)\.", "blocks."),
+    (r"Units\.SI\.", "si."),
+    (r"Constants\.", "constants."),
+]
+# Choices of other tools' symbolic processing; they do not change the equations.
+IGNORED = {"homotopyType", "strict", "displayUnit"}
+
+
+def type_name(name: str) -> str:
+    """Return our name of a class of the Modelica Standard Library."""
+    name = name.removeprefix("Modelica.")
+    for pattern, ours in PACKAGES:
+        name, found = re.subn("^" + pattern, ours, name)
+        if found:
+            return name
+    return circuit_name(name)
+
+
+def circuit_name(name: str) -> str:
+    """Return the name of a sub-circuit, which must not be that of the example it stands in."""
+    return name.rsplit(".", 1)[-1] + "Circuit"
+
+
+def expression(text: str) -> str:
+    """Return an expression with our names of constants and enumerations."""
+    for pattern, ours in PACKAGES:
+        text = re.sub(r"\bModelica\." + pattern, ours, text)
+    text = text.replace("Modelica.Electrical.Machines.Thermal.Constants.alpha20Copper", "3.92e-3")
+    text = re.sub(r"(?<![\w.])pi\b", "constants.pi", text)
+    return re.sub(r"(?<![\w.])Init\.", "blocks.Init.", text)
+
+
+def modifiers(arguments: dict[str, Any]) -> str:
+    """Return ``(a = 1, b(start = 2))`` or nothing."""
+    parts = []
+    for name, value in arguments.items():
+        if name in IGNORED or name == "=":
+            continue
+        if isinstance(value, dict):
+            own = f" = {expression(value['='])}" if "=" in value else ""
+            parts.append(f"{name}{modifiers(value)}{own}")
+        else:
+            parts.append(f"{name} = {expression(value)}")
+    return f"({', '.join(parts)})" if parts else ""
+
+
+def model(name: str, content: dict[str, Any]) -> str:
+    """Return the text of one model."""
+    description = content.get("description", "part of the example below")
+    lines = [f'model {name} "{description}"']
+    for key, value in content["parameters"].items():
+        if isinstance(value, dict):
+            lines.append(f"  parameter Real {key}{modifiers(value)};")
+        elif value is None:
+            lines.append(f"  parameter Real {key};")
+        else:
+            lines.append(f"  parameter Real {key} = {expression(value)};")
+    for component in content["components"]:
+        lines.append(
+            f"  {type_name(component['type'])} {component['name']}"
+            f"{modifiers(component.get('modifiers', {}))};"
+        )
+    for variable in content["variables"]:
+        binding = f" = {expression(variable['binding'])}" if "binding" in variable else ""
+        lines.append(
+            f"  {type_name(variable['type'])} {variable['name']}"
+            f"{modifiers(variable.get('attributes', {}))}{binding};"
+        )
+    if content["initial_equations"]:
+        lines.append("initial equation")
+        lines += [f"  {expression(e).replace('=', ' = ')};" for e in content["initial_equations"]]
+    lines.append("equation")
+    lines += [f"  {expression(e).replace('=', ' = ')};" for e in content["equations"]]
+    lines += [f"  connect({a}, {b});" for a, b in content["connections"]]
+    if "experiment" in content:
+        run = content["experiment"]
+        lines.append(
+            f"  annotation(experiment(StopTime = {run['stop']}, Interval = {run['interval']}, "
+            f"Tolerance = {run['solver_tolerance']}));"
+        )
+    lines.append(f"end {name};")
+    return "\n".join(lines) + "\n"
+
+
+def translate(description: dict[str, Any], subcircuits: dict[str, Any]) -> str:
+    """Return the text of a file with the example and the sub-circuits it is made of."""
+    parts = [f"// {description['model']}, {description['library']}\n"]
+    for full_name in dict.fromkeys(description["subcircuits"]):
+        parts.append(model(circuit_name(full_name), subcircuits[full_name]))
+    parts.append(model(description["model"].rsplit(".", 1)[-1], description))
+    return "\n".join(parts)
+
+
+if __name__ == "__main__":
+    circuits = json.loads(Path(sys.argv[2]).read_text()) if len(sys.argv) > 2 else {}
+    sys.stdout.write(translate(json.loads(Path(sys.argv[1]).read_text()), circuits))
