@@ -31,6 +31,10 @@ _MODULES = (
     "grammar.lark",
     "tree.py",
     "tree_builder.py",
+    "class_builder.py",
+    "equation_builder.py",
+    "expression_builder.py",
+    "place_tracking.py",
     "class_assembly.py",
     "precedence.py",
     "source_text.py",
@@ -42,10 +46,7 @@ _NODES: dict[str, type[tree.Node]] = {
     for name, value in vars(tree).items()
     if isinstance(value, type) and issubclass(value, tree.Node)
 }
-_FIELDS = {
-    node: tuple((f.name, f.default) for f in fields(node))
-    for node in _NODES.values()
-}
+_FIELDS = {node: tuple((f.name, f.default) for f in fields(node)) for node in _NODES.values()}
 
 
 def parse_cached(path: Path | str) -> tree.File:
@@ -100,7 +101,7 @@ def load_tree(data: bytes, source: str) -> tree.File | None:
     gc.disable()  # thousands of objects that live on; looking for cycles among them is in vain
     try:
         nodes = _TreeUnpickler(data, source).load()
-    except Exception:  # whatever a damaged pickle raises, it is only a missing entry
+    except Exception:  # noqa: BLE001 - a damaged pickle raises anything, and is only missing
         return None
     finally:
         if collecting:

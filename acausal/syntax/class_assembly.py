@@ -13,12 +13,38 @@ if TYPE_CHECKING:
     from lark import Token
 
 _CLASS_PREFIXES = frozenset(
-    "encapsulated partial final replaceable redeclare expandable operator pure impure inner"
-    " outer each".split()
+    (
+        "encapsulated",
+        "partial",
+        "final",
+        "replaceable",
+        "redeclare",
+        "expandable",
+        "operator",
+        "pure",
+        "impure",
+        "inner",
+        "outer",
+        "each",
+    )
 )
 _COMPONENT_PREFIXES = frozenset(
-    "parameter constant discrete flow across through stream input output inner outer final"
-    " replaceable redeclare".split()
+    (
+        "parameter",
+        "constant",
+        "discrete",
+        "flow",
+        "across",
+        "through",
+        "stream",
+        "input",
+        "output",
+        "inner",
+        "outer",
+        "final",
+        "replaceable",
+        "redeclare",
+    )
 )
 _MODIFIER_PREFIXES = frozenset(("each", "final"))
 _ALLOWED = {

@@ -10,11 +10,13 @@ import pickle
 import sys
 from functools import cache
 from hashlib import blake2b
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, cast
 
 from acausal.storage.cache_directory import read, write
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from lark import Lark
 
 _KIND = "grammar"
@@ -29,12 +31,10 @@ def load_tables(grammar: str, transformer: Any) -> Lark | None:
         return None
     try:
         tables = _PlainUnpickler(io.BytesIO(data)).load()
-        result: Lark = Lark._load_from_dict(
-            tables["data"], tables["memo"], transformer=transformer
-        )
-    except Exception:  # a damaged entry raises anything, and is only a missing one
+        load = cast("Callable[..., Lark]", Lark._load_from_dict)
+        return load(tables["data"], tables["memo"], transformer=transformer)
+    except Exception:  # noqa: BLE001 - a damaged entry raises anything, and is only a missing one
         return None
-    return result
 
 
 def save_tables(lark: Lark, grammar: str) -> None:

@@ -8,6 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from acausal.diagnostics import Span, fail
 from acausal.syntax import tree
 
 if TYPE_CHECKING:
@@ -33,6 +34,13 @@ def parse_text(text: str, source: str) -> tree.File:
     checked = check_text(text, source)
     result = _parse(checked, source, "file")
     assert isinstance(result, tree.File)
+    if not result.classes:
+        fail(
+            "P017",
+            f"{source} {'holds no class' if checked.strip() else 'is empty'}",
+            Span(source, 1, 1, 1, 1),
+            help="a model begins with 'model Name' and ends with 'end Name;'",
+        )
     return result
 
 

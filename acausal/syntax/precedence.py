@@ -90,9 +90,7 @@ def _reduce(
         operands.append(tree.Binary(left.span.to(right.span), str(operator), left, right))
 
 
-def _refuse_chain(
-    level: int, first: Token, second: Token, place: Callable[[Token], Span]
-) -> None:
+def _refuse_chain(level: int, first: Token, second: Token, place: Callable[[Token], Span]) -> None:
     if level == RELATION:
         fail(
             "P018",

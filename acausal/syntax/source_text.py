@@ -47,9 +47,7 @@ def read_bytes(path: Path) -> bytes:
             help="name a file in it; a directory of .acm files is a package and is imported",
         )
     except PermissionError:
-        fail(
-            "P033", f"{path} cannot be read: permission denied", help=f"try 'chmod u+r {path}'"
-        )
+        fail("P033", f"{path} cannot be read: permission denied", help=f"try 'chmod u+r {path}'")
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         fail("P033", f"{path} cannot be read: {reason}")

@@ -72,7 +72,9 @@ class Reference(Expression):
     absolute: bool = False
 
     def __str__(self) -> str:
-        return "." * self.absolute + ".".join(p.name + "[…]" * bool(p.subscripts) for p in self.parts)
+        return "." * self.absolute + ".".join(
+            p.name + "[…]" * bool(p.subscripts) for p in self.parts
+        )
 
 
 @dataclass(frozen=True, slots=True)
