@@ -1,0 +1,63 @@
+"""Balance of a class: as many equations as unknowns (Modelica 3.6, section 4.7).
+
+A class must bring an equation for each of its own variables, for each variable of its cuts that
+is neither through nor an input, counted as: variables - through variables of its cuts - inputs. Its
+components are balanced themselves; what flows through their cuts is settled by junctions.
+"""
+
+from __future__ import annotations
+
+from acausal.diagnostics import Label, fail
+from acausal.instantiation.equations import cut_leaves
+from acausal.instantiation.template import Template
+
+
+def check_class(template: Template) -> None:
+    """Refuse a class without components whose equations and unknowns differ in number.
+
+    Classes with components are judged with their connections, when the whole system is known.
+
+    Raises:
+        AcausalError: ``B101`` for too few, ``B102`` for too many equations.
+    """
+    if template.is_connector or template.definition.kind in ("record", "package"):
+        return
+    if any(not c.template.is_connector and c.template.definition.kind != "record"
+           for c in template.children.values()):  # fmt: skip
+        return
+    if template.connects:
+        return
+    unknowns = sum(v.size for v in template.variables.values() if v.causality != "input")
+    inside = 0
+    for child in template.children.values():
+        if child.template.definition.kind == "record":
+            inside += child.size * sum(s for _, s, _, _ in cut_leaves(child.template))
+            continue
+        if child.template.primitive_connector:
+            given = child.template.variables[""].causality == "input"
+            inside += 0 if given else child.size
+            continue
+        leaves = cut_leaves(child.template)
+        inside += child.size * sum(size for _, size, through, _ in leaves if not through)
+    rows = sum(e.domain.length for e in template.equations)
+    wanted = unknowns + inside
+    if rows == wanted:
+        return
+    own = ", ".join(v.name for v in template.variables.values() if v.causality != "input")
+    cuts = ", ".join(c.name for c in template.children.values() if c.template.is_connector)
+    notes = [
+        f"{unknowns} own variables" + (f" ({own})" if own else ""),
+        f"{inside} from its cuts" + (f" ({cuts}: a through variable each is settled outside)"
+                                     if cuts else ""),
+    ]  # fmt: skip
+    labels = [Label(e.span, e.text) for e in template.equations[:6]]
+    few = rows < wanted
+    fail(
+        "B101" if few else "B102",
+        f"{template.name} has {rows} equations for {wanted} unknowns",
+        template.definition.span,
+        label=f"{abs(rows - wanted)} too {'few' if few else 'many'}",
+        labels=labels if not few else (),
+        notes=notes,
+        help="add the missing equation" if few else "remove an equation, or declare a variable",
+    )

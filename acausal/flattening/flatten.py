@@ -1,0 +1,239 @@
+"""From class templates to the flat model: ids for everything, rows for every equation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.connections.junctions import Junctions, find_junctions
+from acausal.diagnostics import Diagnostic, fail
+from acausal.expressions import build
+from acausal.expressions.nodes import Expr, slot
+from acausal.flattening.balance import check_class
+from acausal.flattening.experiment import experiment_of
+from acausal.flattening.families import FamilyBuilder, LiteralPool
+from acausal.flattening.model import (
+    Assertion,
+    FlatModel,
+    Ids,
+    Operand,
+    Origin,
+    RowKind,
+    StateSelect,
+    Variables,
+)
+from acausal.flattening.names import NumberingNames
+from acausal.flattening.parameters import attribute_values, parameter_values
+from acausal.instantiation.numbering import Numbering
+from acausal.instantiation.template import Template
+
+_X, _Y = slot(0), slot(1)
+
+
+@dataclass
+class Flattened:
+    """A flat model with what it was made from, for inspection and the connection graph."""
+
+    model: FlatModel
+    numbering: Numbering
+    junctions: Junctions
+    given: dict[str, float] = field(default_factory=dict)
+
+
+def flatten(templates: list[Template], given: dict[str, float] | None = None) -> Flattened:
+    """Return the flat model of the last template.
+
+    Args:
+        templates: All class templates, components before their owners.
+        given: Parameter values by path or pattern; they win over the model's own.
+
+    Raises:
+        AcausalError: ``N1xx`` for missing or circular values and unknown parameters, ``B1xx``
+            for unbalanced classes.
+    """
+    numbering = Numbering(templates)
+    names = NumberingNames(numbering)
+    warnings: list[Diagnostic] = []
+    literals = LiteralPool(numbering.n_parameters)
+    builder = FamilyBuilder(numbering, literals)
+    for group in numbering.groups:
+        if group.count:
+            check_class(group.template)
+    junctions = find_junctions(numbering)
+    n_rows = 0
+    for group in reversed(numbering.groups):
+        for e in group.template.equations:
+            n_rows += builder.add_class_equation(
+                group.template, e.residual, e.domain, n_rows, e.span, e.text, RowKind.DECLARED,
+                e.owner,
+            )  # fmt: skip
+    n_rows = _junction_rows(builder, junctions, n_rows)
+    start_builder = FamilyBuilder(numbering, literals)
+    n_initial = 0
+    for group in reversed(numbering.groups):
+        for e in group.template.initial_equations:
+            n_initial += start_builder.add_class_equation(
+                group.template, e.residual, e.domain, n_initial, e.span, e.text, RowKind.INITIAL,
+                e.owner,
+            )  # fmt: skip
+    assertions = _assertions(numbering, literals)
+    values = parameter_values(
+        numbering, builder, names, _given_ids(names, given or {}), warnings
+    )
+    variables = _attributes(numbering, builder, values)
+    root = templates[-1]
+    model = FlatModel(
+        root.name,
+        root.definition.tree.description,
+        variables,
+        numbering.derivative(),
+        np.concatenate([values, *literals.values]),
+        builder.build(),
+        n_rows,
+        start_builder.build(),
+        n_initial,
+        assertions,
+        names,
+        experiment_of(root.definition),
+        tuple(warnings),
+    )
+    return Flattened(model, numbering, junctions, dict(given or {}))
+
+
+def _given_ids(names: NumberingNames, given: dict[str, float]) -> dict[int, float]:
+    result: dict[int, float] = {}
+    for path, value in given.items():
+        found = names.find_parameters(path)
+        if not found:
+            close = names.suggestions(path)
+            fail("N119", f"there is no parameter {path}",
+                 notes=[f"did you mean {' or '.join(close)}?"] if close else [],
+                 help="acausal inspect shows the parameters of a model")  # fmt: skip
+        for _, parameter in found:
+            result[parameter] = value
+    return result
+
+
+def _attributes(
+    numbering: Numbering, builder: FamilyBuilder, parameters: NDArray[np.float64]
+) -> Variables:
+    def attribute(name: str, default: float) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        return attribute_values(numbering, builder, parameters, name, default)
+
+    start, start_given = attribute("start", 0.0)
+    return Variables(
+        start,
+        start_given,
+        attribute("fixed", 0.0)[0] != 0.0,
+        np.abs(attribute("nominal", 1.0)[0]),
+        attribute("min", -np.inf)[0],
+        attribute("max", np.inf)[0],
+        attribute("stateSelect", float(StateSelect.DEFAULT))[0].astype(np.int8),
+    )
+
+
+def _assertions(numbering: Numbering, literals: LiteralPool) -> tuple[Assertion, ...]:
+    result: list[Assertion] = []
+    for group in reversed(numbering.groups):
+        for a in group.template.asserts:
+            own = FamilyBuilder(numbering, literals)
+            own.add_class_equation(
+                group.template, a.condition, a.domain, 0, a.span, a.text, RowKind.DECLARED,
+                group.template.name,
+            )  # fmt: skip
+            result += [Assertion(f, a.message, a.warning) for f in own.build()]
+    return tuple(result)
+
+
+def _ranks(labels: Ids, chosen: NDArray[np.bool_]) -> Ids:
+    """Return consecutive numbers for the labels of the chosen members, -1 elsewhere."""
+    n = int(labels.max()) + 1 if len(labels) else 0
+    used = np.zeros(n, np.bool_)
+    used[labels[chosen]] = True
+    rank = np.where(used, np.cumsum(used) - 1, -1)
+    return np.where(chosen, rank[labels], -1)
+
+
+def _junction_rows(builder: FamilyBuilder, junctions: Junctions, n_rows: int) -> int:
+    """Add rows ``sum of through = 0`` and ``across = across``; return the new number of rows."""
+    cuts = np.arange(junctions.count)
+    members = np.bincount(junctions.junction, minlength=2 * junctions.count)
+    for number, interface in enumerate(junctions.interfaces):
+        own = junctions.interface == number
+        outer = junctions.junction[0::2]
+        inner = junctions.junction[1::2]
+        # A row for every junction of two faces or more, and for every lonely outer face.
+        faces = np.concatenate([cuts[own], cuts[own]])
+        labels = np.concatenate([outer[own], inner[own]])
+        is_inner = np.repeat([False, True], int(own.sum()))
+        alone = members[labels] == 1
+        has_row = ~(alone & is_inner)
+        row = _ranks(labels, has_row)
+        n_junctions = int(row.max()) + 1 if len(row) else 0
+        for leaf, (path, size, through) in enumerate(interface.leaves):
+            ids = interface.ids[leaf]
+            if through:
+                for lonely in (False, True):
+                    for inside, template in ((False, _X), (True, build.neg(_X))):
+                        pick = has_row & (is_inner == inside) & (alone == lonely)
+                        _contributions(builder, junctions, ids, faces[pick], row[pick], size,
+                                       template, n_rows, path, lonely)  # fmt: skip
+                n_rows += n_junctions * size
+            else:
+                n_rows = _across_rows(builder, junctions, ids, cuts[own], size, n_rows, path)
+    return n_rows
+
+
+def _contributions(
+    builder: FamilyBuilder, junctions: Junctions, ids: Ids, cuts: Ids, rows: Ids, size: int,
+    template: Expr, first: int, path: tuple[str, ...], lonely: bool,
+) -> None:  # fmt: skip
+    if not len(cuts):
+        return
+    operands = ids[cuts].reshape(1, -1)
+    targets = first + (rows[:, None] * size + np.arange(size)).reshape(-1)
+    name = ".".join(path)
+    if lonely:
+        kind, text = RowKind.UNCONNECTED, f"{name} = 0 (nothing is connected)"
+    else:
+        kind, text = RowKind.JUNCTION, f"the sum of {name} at the junction is 0"
+    builder.add(
+        template, (Operand.VARIABLE,), operands, targets,
+        _cut_origins(junctions, np.repeat(cuts, size), kind, text),
+    )  # fmt: skip
+
+
+def _across_rows(
+    builder: FamilyBuilder, junctions: Junctions, ids: Ids, cuts: Ids, size: int, n_rows: int,
+    path: tuple[str, ...],
+) -> int:  # fmt: skip
+    node = junctions.node[cuts]
+    first_of, inverse = np.unique(node, return_index=True, return_inverse=True)[1:]
+    reference = cuts[first_of[inverse]]
+    other = reference != cuts
+    if not other.any():
+        return n_rows
+    a, b = ids[reference[other]].reshape(-1), ids[cuts[other]].reshape(-1)
+    name = ".".join(path)
+    builder.add(
+        build.sub(_X, _Y), (Operand.VARIABLE, Operand.VARIABLE), np.stack([a, b]),
+        n_rows + np.arange(len(a)),
+        _cut_origins(junctions, np.repeat(cuts[other], size), RowKind.JUNCTION,
+                     f"{name} is the same at the junction"),
+    )  # fmt: skip
+    return n_rows + len(a)
+
+
+def _cut_origins(
+    junctions: Junctions, cuts: Ids, kind: RowKind, text: str
+) -> tuple[Origin, ...]:
+    """Return origins for runs of cuts of one group."""
+    groups = junctions.group[cuts]
+    change = np.flatnonzero(np.diff(groups)) + 1
+    bounds = [0, *change.tolist(), len(cuts)]
+    return tuple(
+        Origin(a, b - a, kind, None, text, "", int(groups[a]), junctions.instance[cuts[a:b]])
+        for a, b in zip(bounds[:-1], bounds[1:], strict=True)
+    )

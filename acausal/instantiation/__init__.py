@@ -1,0 +1,1 @@
+"""Classes with their modifications become class templates, one for every distinct structure."""

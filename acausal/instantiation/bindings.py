@@ -1,0 +1,271 @@
+"""Modifications become bindings of parameters and attributes, and declaration equations."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from acausal.diagnostics import Label, Span, fail
+from acausal.expressions import build
+from acausal.expressions.nodes import Expr, slot
+from acausal.instantiation.environment import ClassEnvironment
+from acausal.instantiation.expressions import elaborate, shape_text
+from acausal.instantiation.merge import Element, Modification, PrimitiveType
+from acausal.instantiation.template import (
+    BindingDecl,
+    Child,
+    Domain,
+    EquationDecl,
+    LoopIndex,
+    Ref,
+    Step,
+    Template,
+    VariableDecl,
+)
+from acausal.instantiation.unit_algebra import added
+from acausal.instantiation.values import Index, NeedsUnroll, UnitOf, Value, indices
+from acausal.syntax.formatter import format_expression
+from acausal.units.unit import parse_unit
+
+if TYPE_CHECKING:
+    from acausal.instantiation.elaborate import TemplateBuilder
+
+_NUMERIC = ("start", "fixed", "min", "max", "nominal", "stateSelect")
+_WITHOUT_UNIT = ("fixed", "stateSelect")
+
+
+def bind_value(builder: TemplateBuilder, element: Element, kind: PrimitiveType) -> None:
+    """Bind a parameter, or add the declaration equation of a variable."""
+    template, name = builder.template, element.name
+    change = next((m for m in element.modifications if not m.path), None)
+    if change is None:
+        return
+    declaration = template.parameters.get(name) or template.variables[name]
+    if name in template.variables and (name,) in builder.environment.bound:
+        return
+    value = elaborate(change.value, builder.scope(change.owner))
+    _set(builder, [], declaration, "value", value, change, f"{name} = ")
+
+
+def bind_attributes(builder: TemplateBuilder, element: Element, kind: PrimitiveType) -> None:
+    """Bind start, fixed, ... of a variable or parameter declared in the class itself."""
+    template, name = builder.template, element.name
+    declaration = template.parameters.get(name) or template.variables[name]
+    _attributes(builder, [], declaration, element, kind)
+
+
+def _attributes(
+    builder: TemplateBuilder,
+    steps: list[tuple[str, tuple[int, ...]]],
+    declaration: VariableDecl,
+    element: Element,
+    kind: PrimitiveType,
+) -> None:
+    seen: set[str] = set()
+    for weak, changes in ((False, element.modifications), (True, kind.modifications)):
+        for change in changes:
+            if len(change.path) != 1 or change.path[0] in seen:
+                continue
+            attribute = change.path[0]
+            if attribute not in (*_NUMERIC, "unit", "quantity", "displayUnit"):
+                fail("N103", f"{element.name} has no attribute {attribute}", change.span,
+                     help=f"a variable has {', '.join(_NUMERIC)}")  # fmt: skip
+            seen.add(attribute)
+            if attribute not in _NUMERIC:
+                continue
+            env = ClassEnvironment(None, change.owner) if weak else builder.scope(change.owner)
+            value = elaborate(change.value, env)
+            if weak and not value.shape:
+                value = _repeated(value, declaration.shape)
+            _set(builder, steps, declaration, attribute, value, change, "", weak)
+
+
+def _repeated(value: Value, shape: tuple[int, ...]) -> Value:
+    return Value(value.type, shape, lambda _: value.expr, value.unit) if shape else value
+
+
+def bind_child(builder: TemplateBuilder, element: Element, child: Child) -> None:
+    """Bind what the modifications of a component set inside it."""
+    seen: set[tuple[str, ...]] = set()
+    for change in element.modifications:
+        if change.path in seen:
+            continue
+        seen.add(change.path)
+        _bind_path(builder, child, change)
+    kind = builder.kinds[element.name]
+    if kind is not None:  # a primitive connector: the attributes of its type
+        inside = child.template.variables[""]
+        steps = [(child.name, child.shape)]
+        for change in kind.modifications:
+            if len(change.path) == 1 and change.path[0] in _NUMERIC:
+                value = elaborate(change.value, ClassEnvironment(None, change.owner))
+                value = _repeated(value, child.shape) if not value.shape else value
+                _set(builder, steps, inside, change.path[0], value, change, "", True)
+
+
+def _bind_path(builder: TemplateBuilder, child: Child, change: Modification) -> None:
+    steps = [(child.name, child.shape)]
+    template: Template = child.template
+    declaration: VariableDecl | None = None
+    rest: tuple[str, ...] = change.path
+    while rest:
+        name = rest[0]
+        if name in template.absent or name in template.structural:
+            return
+        if template.primitive_connector:
+            break
+        if name in template.children:
+            inside = template.children[name]
+            steps.append((name, inside.shape))
+            template, rest = inside.template, rest[1:]
+            continue
+        declaration = template.variables.get(name) or template.parameters.get(name)
+        if declaration is None:  # an outer component of the component: not to be modified
+            fail("N103", f"{'.'.join(change.path)} cannot be modified here", change.span,
+                 help="modify it where it is declared inner")  # fmt: skip
+        rest = rest[1:]
+        break
+    if declaration is None and template.primitive_connector:
+        declaration = template.variables[""]
+    attribute = rest[0] if rest else "value"
+    if declaration is not None and attribute in ("unit", "quantity", "displayUnit"):
+        return
+    value = elaborate(change.value, builder.scope(change.owner))
+    if declaration is None:
+        _bind_record(builder, steps, template, value, change)
+        return
+    text = ".".join((child.name, *change.path)) + " = "
+    is_variable = declaration.name in template.variables
+    if attribute == "value" and is_variable:
+        if (child.name, *change.path) in builder.environment.bound:
+            return
+    _set(builder, steps, declaration, attribute, value, change, text,
+         parameter=not is_variable)  # fmt: skip
+
+
+def _bind_record(
+    builder: TemplateBuilder,
+    steps: list[tuple[str, tuple[int, ...]]],
+    template: Template,
+    value: Value,
+    change: Modification,
+) -> None:
+    if value.fields is None:
+        fail("T130", f"{steps[-1][0]} is a {template.definition.kind} and has no single value",
+             change.span, help="modify one of its variables, or give a record")  # fmt: skip
+    for name, part in value.fields.items():
+        if name in template.structural or name in template.absent:
+            continue
+        if name in template.children:
+            inside = template.children[name]
+            _bind_record(builder, [*steps, (name, inside.shape)], inside.template, part, change)
+            continue
+        declaration = template.variables.get(name) or template.parameters.get(name)
+        if declaration is None:
+            fail("T130", f"{template.name} has no field {name}", change.span,
+                 help=f"its fields are {', '.join(template.parameters)}")  # fmt: skip
+        _set(builder, steps, declaration, "value", part, change, f"{steps[-1][0]}.{name} = ",
+             parameter=name in template.parameters)  # fmt: skip
+
+
+def _set(
+    builder: TemplateBuilder,
+    steps: list[tuple[str, tuple[int, ...]]],
+    declaration: VariableDecl,
+    attribute: str,
+    value: Value,
+    change: Modification,
+    text: str,
+    weak: bool = False,
+    parameter: bool | None = None,
+) -> None:
+    """Add a binding (parameters, attributes) or an equation (values of variables)."""
+    template = builder.template
+    if parameter is None:
+        parameter = not steps and declaration.name in template.parameters
+    full = tuple(n for _, shape in steps for n in shape) + declaration.shape
+    _check_type(value, declaration, attribute, change)
+    value = _fitting(value, full, declaration, attribute, change)
+    if attribute not in _WITHOUT_UNIT:
+        unit: UnitOf = None
+        if declaration.unit:
+            parsed = parse_unit(declaration.unit)
+            unit = parsed.dimension if parsed.factor == 1.0 and not parsed.offset else None
+        what = f"{attribute} of {declaration.name or steps[-1][0]} is given"
+        if attribute == "value":
+            what = f"{declaration.name or steps[-1][0]} is given"
+        added(value.unit, unit, what.replace("is given", "is a quantity in two units:"), "U102",
+              change.span, change.span, declaration.span)  # fmt: skip
+
+    def emit(index: Index, domain: Domain) -> None:
+        free = iter(index)
+        path = tuple(Step(n, tuple(next(free) for _ in shape)) for n, shape in steps)
+        ref = Ref(path, declaration.name, tuple(free), parameter)
+        expression = value.get(index)
+        if attribute == "value" and not parameter:
+            residual = build.sub(slot(ref), expression)
+            template.equations.append(
+                EquationDecl(residual, domain, change.span,
+                             text + format_expression(change.value), change.owner.full_name)  # fmt: skip
+            )
+        else:
+            template.bindings.append(
+                BindingDecl(ref, attribute, expression, domain, change.span, weak)
+            )
+
+    over_elements(full, emit)
+
+
+def over_elements(shape: tuple[int, ...], emit: object, domain: Domain | None = None) -> None:
+    """Call ``emit(index, domain)`` once with loop indices, or for each element if need be."""
+    assert callable(emit)
+    outer = domain if domain is not None else Domain()
+    if not shape:
+        emit((), outer)
+        return
+    loops = outer
+    names: list[Expr] = []
+    for k, n in enumerate(shape):
+        name = f"${len(outer.names) + k}"
+        loops = loops.product(name, np.arange(1.0, n + 1.0))
+        names.append(slot(LoopIndex(name)))
+    try:
+        emit(tuple(names), loops)
+    except NeedsUnroll:
+        for index in indices(shape):
+            emit(index, outer)
+
+
+def _fitting(
+    value: Value,
+    full: tuple[int, ...],
+    declaration: VariableDecl,
+    attribute: str,
+    change: Modification,
+) -> Value:
+    if value.shape == full:
+        return value
+    missing = len(full) - len(value.shape)
+    if missing < 0 or full[missing:] != value.shape:
+        fail("T104", f"{declaration.name} has {shape_text(full)}, its {attribute} "
+             f"{shape_text(value.shape)}", change.span,
+             label="the sizes differ", labels=[Label(declaration.span, "declared here")],
+             help="make both the same size")  # fmt: skip
+    if not change.each:
+        fail("T118", f"{declaration.name} has {shape_text(full)}, its {attribute} "
+             f"{shape_text(value.shape)}", change.span,
+             label="one value for many",
+             help="write each in front of the modifier to give all the same value")  # fmt: skip
+    return Value(value.type, full, lambda i: value.get(i[missing:]), value.unit)
+
+
+def _check_type(
+    value: Value, declaration: VariableDecl, attribute: str, change: Modification
+) -> None:
+    wanted = "Boolean" if attribute == "fixed" else "number"
+    fits = value.type == "Boolean" if wanted == "Boolean" else value.type in ("Real", "Integer")
+    if value.text is not None or value.fields is not None or not fits:
+        place: Span = change.span
+        fail("T101", f"{attribute} of {declaration.name} must be a {wanted}, not "
+             f"{value.type}", place, help=f"give a {wanted}")  # fmt: skip

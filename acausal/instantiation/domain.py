@@ -1,0 +1,64 @@
+"""Expressions over loop indices, evaluated for all passes of the loops at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.expressions.evaluate import evaluate
+from acausal.expressions.nodes import Expr
+from acausal.expressions.traverse import slots
+from acausal.instantiation.template import Domain, LoopIndex, Ref, TableEntry
+
+
+def only_loops(expr: Expr) -> bool:
+    """Tell whether an expression has the same value for every instance at every time."""
+    stack, seen = [expr], set()
+    while stack:
+        node = stack.pop()
+        if node in seen:
+            continue
+        seen.add(node)
+        if node.op == "time" or (node.op == "slot" and isinstance(node.value, Ref)):
+            return False
+        stack += node.args
+    return True
+
+
+def has_loops(expr: Expr) -> bool:
+    """Tell whether an expression depends on a loop index."""
+    return any(isinstance(s, (LoopIndex, TableEntry)) for s in slots(expr))
+
+
+def over(domain: Domain, expr: Expr) -> NDArray[np.float64]:
+    """Return the values of an expression over loop indices, shape ``(domain.length,)``.
+
+    Raises:
+        IndexError: If a subscript of a constant array is out of range.
+    """
+    if expr.op == "const":
+        return np.full(domain.length, float(expr.value))  # type: ignore[arg-type]
+    values: dict[object, NDArray[np.float64]] = {}
+    for payload in slots(expr):
+        if isinstance(payload, LoopIndex):
+            values[payload] = domain.values[domain.names.index(payload.name)]
+        else:
+            assert isinstance(payload, TableEntry)
+            places = tuple(
+                checked(over(domain, i), n) for i, n in zip(payload.index, payload.shape, strict=True)
+            )
+            values[payload] = payload.array()[places]
+    return np.broadcast_to(evaluate(expr, values, 0.0), (domain.length,))
+
+
+def checked(subscripts: NDArray[np.float64], n: int) -> NDArray[np.int64]:
+    """Return subscripts from 1 as positions from 0.
+
+    Raises:
+        IndexError: If one is outside ``1..n``; its arguments are the subscript and ``n``.
+    """
+    places = subscripts.astype(np.int64)
+    if places.size and (places.min() < 1 or places.max() > n):
+        bad = places.min() if places.min() < 1 else places.max()
+        raise IndexError(int(bad), n)
+    return places - 1

@@ -1,0 +1,691 @@
+"""From a class to its template: elements declared on demand, then bindings and equations.
+
+One template is made for every distinct structure of a class: the class together with the values
+of its structural parameters (constants, Integer, Boolean, enumeration and String parameters, and
+arrays whose size is left open). Everything else that a modification sets is a number in an array
+and makes no new template.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from acausal.diagnostics import Label, fail
+from acausal.diagnostics.suggest import nearest
+from acausal.expressions.nodes import ONE, Expr, const, slot
+from acausal.instantiation import equations as equation_sections
+from acausal.instantiation.bindings import bind_attributes, bind_child, bind_value
+from acausal.instantiation.environment import ClassEnvironment
+from acausal.instantiation.expressions import axis, constant_number, elaborate
+from acausal.instantiation.merge import (
+    Element,
+    Merged,
+    Modification,
+    PrimitiveType,
+    merge,
+    primitive_type,
+    type_of,
+    unknown_modifier,
+)
+from acausal.instantiation.template import Child, Ref, Step, Template, VariableDecl
+from acausal.instantiation.values import (
+    Index,
+    UnitOf,
+    Value,
+    constants,
+    indices,
+    key,
+    listed,
+    number,
+    scalar,
+    string,
+)
+from acausal.modeling.classes import ClassDef, Constant
+from acausal.syntax import tree
+from acausal.units.unit import UnitError, parse_unit
+
+#: What may be set on a variable besides its value.
+NUMERIC_ATTRIBUTES = ("start", "fixed", "min", "max", "nominal", "stateSelect")
+TEXT_ATTRIBUTES = ("unit", "displayUnit", "quantity")
+
+Path = tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Environment:
+    """What reaches a class from outside and decides its structure.
+
+    Attributes:
+        values: Values of structural parameters, by path below the class.
+        bound: Variables whose own declaration equation is replaced from outside.
+        inner: Templates of the ``inner`` components in sight, by name.
+        parameters: All variables are parameters (a record declared ``parameter``).
+    """
+
+    values: dict[Path, Value] = field(default_factory=dict)
+    bound: frozenset[Path] = frozenset()
+    inner: dict[str, Template] = field(default_factory=dict)
+    parameters: bool = False
+
+    def key(self) -> Hashable:
+        """Return what tells structures apart."""
+        return (
+            tuple(sorted((p, key(v)) for p, v in self.values.items())),
+            tuple(sorted(self.bound)),
+            tuple((n, t.number) for n, t in sorted(self.inner.items())),
+            self.parameters,
+        )
+
+    def below(self, name: str) -> tuple[dict[Path, Value], frozenset[Path]]:
+        """Return what concerns one component."""
+        values = {p[1:]: v for p, v in self.values.items() if p[0] == name and len(p) > 1}
+        return values, frozenset(p[1:] for p in self.bound if p[0] == name and len(p) > 1)
+
+
+class Elaborator:
+    """All templates of one model, shared between equal structures."""
+
+    def __init__(self) -> None:
+        self.templates: list[Template] = []
+        self._by_key: dict[Hashable, Template] = {}
+        self._active: list[tuple[ClassDef, Element | None]] = []
+
+    def template(
+        self, definition: ClassDef, environment: Environment, element: Element | None = None
+    ) -> Template:
+        """Return the template of a class in an environment.
+
+        Raises:
+            AcausalError: For mistakes in the class or in what is used of it.
+        """
+        where = (definition, environment.key())
+        found = self._by_key.get(where)
+        if found is not None:
+            return found
+        if len(self._active) > 60 or sum(d is definition for d, _ in self._active) > 8:
+            fail(
+                "N106",
+                f"{definition.full_name} contains itself",
+                element.declaration.span if element else definition.span,
+                label="a component of this class has a component of this class, without end",
+                help="remove the component, or make it conditional on a parameter that ends it",
+            )
+        self._active.append((definition, element))
+        try:
+            template = TemplateBuilder(self, definition, environment).build()
+        finally:
+            self._active.pop()
+        self._by_key[where] = template
+        return template
+
+    def primitive_cut(self, kind: PrimitiveType, definition: ClassDef, own: VariableDecl) -> Template:
+        """Return the template of a connector that is a single number, such as RealInput."""
+        where = (definition, own.unit, own.causality, own.type_name)
+        found = self._by_key.get(where)
+        if found is None:
+            found = Template(len(self.templates), definition, primitive_connector=True)
+            found.variables[""] = own
+            self.templates.append(found)
+            self._by_key[where] = found
+        return found
+
+
+class TemplateBuilder:
+    """Builds one template. Elements are declared when first needed, so order does not matter."""
+
+    def __init__(
+        self, elaborator: Elaborator, definition: ClassDef, environment: Environment
+    ) -> None:
+        self.elaborator = elaborator
+        self.environment = environment
+        self.merged: Merged = merge(definition)
+        self.template = Template(-1, definition)
+        self._declared: set[str] = set()
+        self._active: list[str] = []
+        #: Child components, variables and parameters that still need their bindings.
+        self.kinds: dict[str, PrimitiveType | None] = {}
+
+    def scope(self, owner: ClassDef) -> ClassEnvironment:
+        """Return the environment of text that is written in ``owner``."""
+        return ClassEnvironment(self, owner)
+
+    def build(self) -> Template:
+        """Declare everything, bind, and elaborate the equations."""
+        for name in self.merged.elements:
+            self.declare(name)
+        self._in_order()
+        self.template.number = len(self.elaborator.templates)
+        self.elaborator.templates.append(self.template)
+        for name, element in self.merged.elements.items():
+            if name in self.template.absent or name in self.template.outers:
+                continue
+            kind = self.kinds[name]
+            if name in self.template.children:
+                bind_child(self, element, self.template.children[name])
+            elif kind is not None and name not in self.template.structural:
+                bind_value(self, element, kind)
+                bind_attributes(self, element, kind)
+        equation_sections.elaborate_sections(self)
+        return self.template
+
+    def _in_order(self) -> None:
+        order = {n: k for k, n in enumerate(self.merged.elements)}
+        for table in (
+            self.template.variables,
+            self.template.parameters,
+            self.template.children,
+            self.template.structural,
+        ):
+            items = sorted(table.items(), key=lambda item: order[item[0]])
+            table.clear()
+            table.update(items)  # type: ignore[arg-type]
+
+    # --- declarations ------------------------------------------------------------------
+
+    def declare(self, name: str) -> None:
+        """Make sure that an element is declared.
+
+        Raises:
+            AcausalError: ``N117`` when constants depend on each other in a circle.
+        """
+        if name in self._declared:
+            return
+        element = self.merged.elements[name]
+        if name in self._active:
+            cycle = [*self._active[self._active.index(name) :], name]
+            fail("N117", f"{' needs '.join(cycle)}", element.declaration.span,
+                 label="the values depend on each other in a circle",
+                 help="give one of them a value of its own")  # fmt: skip
+        self._active.append(name)
+        try:
+            self._declare(element)
+        finally:
+            self._active.pop()
+        self._declared.add(name)
+
+    def _declare(self, element: Element) -> None:
+        name, declaration = element.name, element.declaration
+        env = self.scope(element.owner)
+        if declaration.condition is not None:
+            value = elaborate(declaration.condition, env)
+            number_ = constants(value) if value.type == "Boolean" else None
+            if number_ is None:
+                fail("T103", f"whether {name} exists must be known before the simulation",
+                     declaration.condition.span,
+                     help="use a Boolean parameter in the condition")  # fmt: skip
+            if not number_:
+                self.template.absent.add(name)
+                return
+        if element.has("outer"):
+            self._declare_outer(element)
+            if not element.has("inner"):
+                return
+        definition = type_of(element)
+        kind = primitive_type(definition)
+        self.kinds[name] = kind
+        if kind is None:
+            assert isinstance(definition, ClassDef)
+            self._declare_component(element, definition)
+            return
+        if self._is_structural(element, kind):
+            self.template.structural[name] = self._structural_value(element, kind)
+            return
+        parameter = element.has("parameter") or self.environment.parameters
+        if kind.base != "Real":
+            fail("E002", f"{kind.base} variables that change during the simulation are not "
+                 "supported in this version", declaration.span,
+                 help=f"declare {name} as a parameter, or as Real")  # fmt: skip
+        own = VariableDecl(
+            name,
+            self._shape(element, kind),
+            self._unit(element, kind),
+            declaration.description,
+            "through" in declaration.prefixes or "flow" in declaration.prefixes,
+            kind.causality or next((p for p in ("input", "output") if element.has(p)), ""),
+            declaration.span,
+            declaration.public,
+            kind.name,
+        )
+        if parameter:
+            self.template.parameters[name] = own
+        elif kind.connector:
+            assert isinstance(definition, ClassDef)
+            inside = replace(own, name="", shape=())
+            cut = self.elaborator.primitive_cut(kind, definition, inside)
+            self.template.children[name] = Child(
+                name, own.shape, cut, declaration.span, False, declaration.description,
+                declaration.public,
+            )  # fmt: skip
+        else:
+            self.template.variables[name] = own
+
+    def _declare_outer(self, element: Element) -> None:
+        name = element.name
+        template = self.environment.inner.get(name)
+        if template is None:
+            fail(
+                "N118",
+                f"{self.merged.definition.full_name} needs an inner component called {name}",
+                element.declaration.span,
+                help=f"declare it in the model: inner {element.declaration.type_name} {name};",
+            )
+        self.template.outers[name] = template
+
+    def _declare_component(self, element: Element, definition: ClassDef) -> None:
+        name = element.name
+        if definition.tree.partial:
+            fail("N111", f"{definition.full_name} is partial", element.declaration.span,
+                 label="a partial class has no complete equations",
+                 help="use a class that extends it")  # fmt: skip
+        shape = self._shape(element, None)
+        outside, bound_outside = self.environment.below(name)
+        values: dict[Path, Value] = {}
+        bound: set[Path] = set()
+        for change in element.modifications:
+            if change.path and not any(
+                change.path[: k + 1] in outside for k in range(len(change.path))
+            ):
+                self._reach(definition, change, shape, element, values, bound)
+        for name_, value in self._record_fields(element, definition):
+            values.setdefault(name_, value)
+        inner = dict(self.environment.inner)
+        for other in self.merged.elements.values():
+            if other.has("inner") and other.name != name:
+                self.declare(other.name)
+                if other.name in self.template.children:
+                    inner[other.name] = self.template.children[other.name].template
+        parameters = self.environment.parameters or (
+            definition.kind == "record" and (element.has("parameter") or element.has("constant"))
+        )
+        environment = Environment(
+            {**values, **outside}, bound_outside | frozenset(bound), inner, parameters
+        )
+        template = self.elaborator.template(definition, environment, element)
+        self.template.children[name] = Child(
+            name, shape, template, element.declaration.span, element.has("inner"),
+            element.declaration.description, element.declaration.public,
+        )  # fmt: skip
+
+    def _record_fields(self, element: Element, definition: ClassDef) -> list[tuple[Path, Value]]:
+        """Return structural fields of a record that is bound as a whole."""
+        if definition.kind != "record":
+            return []
+        whole = next((m for m in element.modifications if not m.path), None)
+        if whole is None:
+            return []
+        value = elaborate(whole.value, self.scope(whole.owner))
+        result: list[tuple[Path, Value]] = []
+        for name, part in (value.fields or {}).items():
+            inside = merge(definition).elements.get(name)
+            kind = primitive_type(type_of(inside)) if inside is not None else None
+            if inside is not None and kind is not None and self._is_structural(inside, kind):
+                result.append(((name,), part))
+        return result
+
+    def _reach(
+        self,
+        definition: ClassDef,
+        change: Modification,
+        shape: tuple[int, ...],
+        element: Element,
+        values: dict[Path, Value],
+        bound: set[Path],
+    ) -> None:
+        """Sort a modification of a component: structural value, bound variable, or neither."""
+        where: ClassDef = definition
+        for depth, name in enumerate(change.path):
+            elements = merge(where).elements
+            if name not in elements:
+                unknown_modifier(replace(change, path=change.path[depth:]), where)
+            inside = elements[name]
+            for other in inside.modifications:
+                if other.final and other.path == change.path[depth + 1 :]:
+                    fail("N109", f"{name} is final and cannot be changed", change.span,
+                         labels=[Label(other.span, "made final here")],
+                         help="remove the modifier")  # fmt: skip
+            found = type_of(inside)
+            kind = primitive_type(found)
+            if kind is None:
+                assert isinstance(found, ClassDef)
+                where = found
+                continue
+            rest = change.path[depth + 1 :]
+            if rest:
+                if len(rest) > 1 or rest[0] not in (*NUMERIC_ATTRIBUTES, *TEXT_ATTRIBUTES):
+                    close = nearest(rest[0], [*NUMERIC_ATTRIBUTES, *TEXT_ATTRIBUTES])
+                    fail("N103", f"{name} has no attribute {'.'.join(rest)}", change.span,
+                         notes=[f"did you mean {' or '.join(close)}?"] if close else [],
+                         help=f"a variable has {', '.join(NUMERIC_ATTRIBUTES)}")  # fmt: skip
+                return
+            path = change.path
+            if self._is_structural(inside, kind):
+                if path not in values:
+                    values[path] = self._uniform(change, shape, element)
+            elif not inside.has("parameter") and not element.has("parameter"):
+                bound.add(path)
+            return
+
+    def _uniform(
+        self, change: Modification, shape: tuple[int, ...], element: Element
+    ) -> Value:
+        """Return a structural value that is the same for all components of an array."""
+        value = elaborate(change.value, self.scope(change.owner))
+        if value.text is None and value.fields is None and constants(value) is None:
+            fail("T103", f"{'.'.join(change.path)} of {element.name} must be known before the "
+                 "simulation", change.span,
+                 label="this depends on something that can change",
+                 help="use Integer or Boolean parameters and constants here")  # fmt: skip
+        if not shape or change.each or not value.shape:
+            return value
+        first = _component(value, tuple(ONE for _ in shape))
+        for index in indices(shape):
+            if key(_component(value, index)) != key(first):
+                fail("T116", f"{'.'.join(change.path)} decides the structure of "
+                     f"{element.name} and must be the same in the whole array", change.span,
+                     help="declare the unlike components one by one")  # fmt: skip
+        return first
+
+    # --- parts of declarations ---------------------------------------------------------
+
+    def _is_structural(self, element: Element, kind: PrimitiveType) -> bool:
+        if element.has("constant"):
+            return True
+        if not element.has("parameter") and not self.environment.parameters:
+            return False
+        return kind.base != "Real" or any(
+            isinstance(d, tree.Colon) for d in element.declaration.dimensions
+        )
+
+    def _structural_value(self, element: Element, kind: PrimitiveType) -> Value:
+        name = element.name
+        value = self.environment.values.get((name,))
+        span = element.declaration.span
+        if value is None:
+            change = next((m for m in element.modifications if not m.path), None)
+            if change is None:
+                change = next((m for m in element.modifications if m.path == ("start",)), None)
+            if change is None:
+                fail("N112", f"{name} has no value", span,
+                     label="its value decides the structure of the model",
+                     help=f"give it one: {name} = ..., or write {name}(…) where it is used")  # fmt: skip
+            value = elaborate(change.value, self.scope(change.owner))
+            span = change.span
+        if kind.base == "String":
+            if value.text is None:
+                fail("T101", f"{name} needs a text", span, help='write it in quotes: "text"')
+            return string(value.text)
+        numbers = constants(value) if value.fields is None and value.text is None else None
+        if numbers is None:
+            fail("T103", f"{name} must be known before the simulation", span,
+                 label="this depends on something that can change",
+                 help="use Integer or Boolean parameters and constants here")  # fmt: skip
+        if kind.base == "Integer" and (numbers != np.round(numbers)).any():
+            fail("T115", f"{name} must be an Integer", span, help="give it a whole number")
+        if (kind.base == "Boolean") != (value.type == "Boolean"):
+            fail("T102", f"{name} is declared {kind.base}, its value is {value.type}", span,
+                 help="give it a value of its type")  # fmt: skip
+        shape = self._shape(element, kind, numbers.shape)
+        if numbers.shape != shape:
+            if numbers.shape == ():
+                fail("T104", f"{name} needs an array of size {list(shape)}", span,
+                     help=f"write fill(value, {', '.join(map(str, shape))})")  # fmt: skip
+            fail("T104", f"{name} has size {list(shape)}, its value {list(numbers.shape)}", span,
+                 help="make both the same size")  # fmt: skip
+        unit: UnitOf = value.unit
+        text = self._unit(element, kind)
+        if text:
+            unit = parse_unit(text).dimension
+        if not numbers.shape:
+            return scalar(const(float(numbers)), kind.base, unit, kind.enumeration)
+        result = listed([const(float(x)) for x in numbers.ravel()], numbers.shape, kind.base, unit)
+        return replace(result, enumeration=kind.enumeration)
+
+    def _shape(
+        self,
+        element: Element,
+        kind: PrimitiveType | None,
+        known: tuple[int, ...] | None = None,
+    ) -> tuple[int, ...]:
+        dimensions = [(d, element.owner) for d in element.declaration.dimensions]
+        if kind is not None:
+            dimensions += list(kind.dimensions)
+        result: list[int] = []
+        for k, (expression, owner) in enumerate(dimensions):
+            if isinstance(expression, tree.Colon):
+                if known is None:
+                    known = self._bound_shape(element)
+                if len(known) <= k:
+                    fail("T125", f"the size of {element.name} is not known", expression.span,
+                         help="give it a size")  # fmt: skip
+                result.append(known[k])
+                continue
+            size = constant_number(expression, self.scope(owner), f"the size of {element.name}")
+            if size != int(size) or size < 0:
+                fail("T122", f"the size of {element.name} is {size:g}", expression.span,
+                     help="use a whole number, 0 or more")  # fmt: skip
+            result.append(int(size))
+        return tuple(result)
+
+    def _bound_shape(self, element: Element) -> tuple[int, ...]:
+        change = next((m for m in element.modifications if not m.path), None)
+        return elaborate(change.value, self.scope(change.owner)).shape if change else ()
+
+    def _unit(self, element: Element, kind: PrimitiveType) -> str:
+        for change in (*element.modifications, *kind.modifications):
+            if change.path != ("unit",):
+                continue
+            value = elaborate(change.value, self.scope(change.owner))
+            text = value.text or ""
+            if text:
+                try:
+                    parse_unit(text)
+                except UnitError as error:
+                    fail("U104", f"{text} is not a unit", change.span, notes=[str(error)],
+                         help=f"write {error.suggestions[0]}" if error.suggestions
+                         else "units are written as in N.m/rad, m/s2, kOhm")  # fmt: skip
+            return text
+        return ""
+
+    # --- references --------------------------------------------------------------------
+
+    def reference(self, reference: tree.Reference, env: ClassEnvironment) -> Value:
+        """Return the value of a reference that starts at an element of this class."""
+        return follow(self, reference, env)
+
+
+def _component(value: Value, index: Index) -> Value:
+    rest = value.shape[len(index) :]
+    if not rest:
+        return scalar(value.get(index), value.type, value.unit, value.enumeration)
+    return Value(value.type, rest, lambda i: value.get((*index, *i)), value.unit)
+
+
+def unit_of(declaration: VariableDecl) -> UnitOf:
+    """Return the dimension of a variable; None without a unit or with an offset or factor."""
+    if not declaration.unit:
+        return None
+    unit = parse_unit(declaration.unit)
+    return unit.dimension if unit.factor == 1.0 and not unit.offset else None
+
+
+def follow(builder: TemplateBuilder, reference: tree.Reference, env: ClassEnvironment) -> Value:
+    """Walk down a component reference.
+
+    Raises:
+        AcausalError: ``N102`` for an unknown part, ``N113`` for a component used as a value,
+            ``N114`` for one that is switched off.
+    """
+    first = reference.parts[0]
+    builder.declare(first.name)
+    template = builder.template
+    steps: list[tuple[str, list[Value]]] = []
+    outer = ""
+    for k, part in enumerate(reference.parts):
+        name = part.name
+        if k == 0 and name in template.outers and name not in template.children:
+            outer, template = name, template.outers[name]
+            continue
+        if name in template.absent:
+            fail("N114", f"{reference} does not exist here", part.span,
+                 label=f"{name} is a conditional component and switched off",
+                 help="set the parameter that switches it on, or do not use it")  # fmt: skip
+        if name in template.children:
+            child = template.children[name]
+            axes = _axes(part, child.shape, env)
+            steps.append((name, axes))
+            template = child.template
+            continue
+        declaration = template.variables.get(name) or template.parameters.get(name)
+        if declaration is not None:
+            axes = _axes(part, declaration.shape, env)
+            _no_more(reference, k, name)
+            return _leaf(builder, template, declaration, steps, axes, outer)
+        if name in template.structural:
+            _no_more(reference, k, name)
+            value = template.structural[name]
+            own = _selected(value, _axes(part, value.shape, env))
+            return _broadcast(own, [a for _, step in steps for a in step])
+        _unknown_part(reference, k, template)
+    if template.primitive_connector:
+        return _leaf(builder, template, template.variables[""], steps, [], outer)
+    if template.definition.kind in ("record", "connector") or outer or steps:
+        return _record(builder, template, steps, outer, reference)
+    raise AssertionError(reference)
+
+
+def _axes(part: tree.NamePart, shape: tuple[int, ...], env: ClassEnvironment) -> list[Value]:
+    if len(part.subscripts) > len(shape):
+        what = "is not an array" if not shape else f"has {len(shape)} dimensions"
+        fail("T113", f"{part.name} {what}", part.span,
+             help="remove the subscript" if not shape else "use fewer subscripts")  # fmt: skip
+    subscripts = (*part.subscripts, *[None] * (len(shape) - len(part.subscripts)))
+    return [axis(s, n, env) for s, n in zip(subscripts, shape, strict=True)]
+
+
+def _no_more(reference: tree.Reference, k: int, name: str) -> None:
+    if k + 1 < len(reference.parts):
+        fail("N102", f"{name} is a number and has no parts", reference.parts[k + 1].span,
+             help=f"remove .{reference.parts[k + 1].name}")  # fmt: skip
+
+
+def _unknown_part(reference: tree.Reference, k: int, template: Template) -> None:
+    name = reference.parts[k].name
+    known = [*template.variables, *template.parameters, *template.children, *template.structural]
+    close = nearest(name, known)
+    fail(
+        "N102",
+        f"{template.name} has nothing called {name}",
+        reference.parts[k].span,
+        label="this name is not declared there",
+        notes=[f"did you mean {' or '.join(close)}?"] if close else [],
+        help=f"write {close[0]}, if that is what you mean" if close
+        else f"acausal list {template.name} shows what it has",
+    )
+
+
+def _leaf(
+    builder: TemplateBuilder,
+    template: Template,
+    declaration: VariableDecl,
+    steps: list[tuple[str, list[Value]]],
+    axes: list[Value],
+    outer: str,
+) -> Value:
+    every = [a for _, step in steps for a in step] + axes
+    shape = tuple(a.size for a in every if a.shape)
+    parameter = declaration.name in template.parameters and template.parameters[
+        declaration.name
+    ] is declaration
+
+    def get(index: Index) -> Expr:
+        free = iter(index)
+
+        def taken(parts: list[Value]) -> Index:
+            return tuple(a.get((next(free),)) if a.shape else a.expr for a in parts)
+
+        path = tuple(Step(name, taken(step)) for name, step in steps)
+        return slot(Ref(path, declaration.name, taken(axes), parameter, 0, outer))
+
+    return Value("Real", shape, get, unit_of(declaration))
+
+
+def _selected(value: Value, axes: list[Value]) -> Value:
+    if not axes or all(a.shape and a.size == n for a, n in zip(axes, value.shape, strict=True)):
+        return value
+    shape = tuple(a.size for a in axes if a.shape)
+
+    def get(index: Index) -> Expr:
+        free = iter(index)
+        return value.get(tuple(a.get((next(free),)) if a.shape else a.expr for a in axes))
+
+    return Value(value.type, shape, get, value.unit, value.text, None, value.enumeration)
+
+
+def _broadcast(value: Value, axes: list[Value]) -> Value:
+    outer = tuple(a.size for a in axes if a.shape)
+    if not outer:
+        return value
+    n = len(outer)
+    return Value(
+        value.type, (*outer, *value.shape), lambda i: value.get(i[n:]), value.unit, value.text,
+        None, value.enumeration,
+    )  # fmt: skip
+
+
+def _record(
+    builder: TemplateBuilder,
+    template: Template,
+    steps: list[tuple[str, list[Value]]],
+    outer: str,
+    reference: tree.Reference,
+) -> Value:
+    if template.definition.kind not in ("record", "connector"):
+        fail("N113", f"{reference} is a component, not a value", reference.span,
+             label=f"a {template.name}",
+             help="name one of its variables")  # fmt: skip
+    fields: dict[str, Value] = {}
+    for name, declaration in {**template.variables, **template.parameters}.items():
+        axes = [Value("Integer", (n,), lambda i: i[0]) for n in declaration.shape]
+        fields[name] = _leaf(builder, template, declaration, steps, axes, outer)
+    every = [a for _, step in steps for a in step]
+    for name, value in template.structural.items():
+        fields[name] = _broadcast(value, every)
+    for name, child in template.children.items():
+        own = [Value("Integer", (n,), lambda i: i[0]) for n in child.shape]
+        below = [*steps, (name, own)]
+        if child.template.primitive_connector:
+            inside = child.template.variables[""]
+            fields[name] = _leaf(builder, child.template, inside, below, [], outer)
+        else:
+            fields[name] = _record(builder, child.template, below, outer, reference)
+    return Value("record", (), lambda _: number(0.0).expr, None, None, fields)
+
+
+def constant_of_class(found: Constant, depth: int) -> Value:
+    """Return the value of a constant of a package or class.
+
+    Raises:
+        AcausalError: ``N112`` if it has none, ``N117`` if it depends on itself.
+    """
+    merged = merge(found.owner)
+    element = merged.elements[found.declaration.name]
+    if depth > 50:
+        fail("N117", f"{element.name} depends on itself", element.declaration.span,
+             help="give it a value of its own")  # fmt: skip
+    builder = TemplateBuilder(Elaborator(), found.owner, Environment())
+    kind = primitive_type(type_of(element))
+    if kind is None:
+        whole = next((m for m in element.modifications if not m.path), None)
+        if whole is None:
+            fail("N112", f"{element.name} has no value", element.declaration.span,
+                 help="give it one")  # fmt: skip
+        return elaborate(whole.value, ClassEnvironment(builder, whole.owner, None, depth + 1))
+    builder.declare(element.name)
+    if element.name not in builder.template.structural:
+        fail("N112", f"{element.name} is not a constant", element.declaration.span,
+             help="declare it constant")  # fmt: skip
+    return builder.template.structural[element.name]
+

@@ -1,0 +1,637 @@
+"""Syntax of expressions to values: names resolved, arrays made elementwise, units checked."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from acausal.diagnostics import Span, fail
+from acausal.expressions import build
+from acausal.expressions.nodes import ONE, TIME, ZERO, Expr, const
+from acausal.instantiation import unit_algebra as units
+from acausal.instantiation.domain import has_loops
+from acausal.instantiation.values import (
+    LITERAL,
+    Index,
+    NeedsUnroll,
+    UnitOf,
+    Value,
+    constants,
+    listed,
+    number,
+    position,
+    scalar,
+    string,
+    table,
+)
+from acausal.syntax import tree
+from acausal.syntax.formatter import format_expression
+from acausal.units.unit import UnitError, parse_unit, to_si
+
+#: The unit of time.
+SECOND = (0, 0, 1, 0, 0, 0, 0)
+#: Reductions longer than this are refused: they would make a template of that length.
+LONGEST_REDUCTION = 20_000
+
+_RELATIONS = {"<": "lt", "<=": "le", ">": "gt", ">=": "ge", "==": "eq", "<>": "ne"}
+
+
+class Environment(Protocol):
+    """Where names get their meaning."""
+
+    def reference(self, reference: tree.Reference) -> Value:
+        """Return the value of a component reference."""
+
+    def call(self, call: tree.Call) -> Value:
+        """Return the value of a function call."""
+
+    def with_locals(self, values: dict[str, Value]) -> Environment:
+        """Return the environment with names that hide others (loop and reduction indices)."""
+
+
+def elaborate(expression: tree.Expression, env: Environment) -> Value:
+    """Return the value of an expression.
+
+    Raises:
+        AcausalError: For unknown names (``N1xx``), wrong types and sizes (``T1xx``) and units
+            (``U1xx``).
+        NeedsUnroll: If a loop index meets an array that is written out.
+    """
+    return _handlers[type(expression)](expression, env)
+
+
+def elaborate_real(expression: tree.Expression, env: Environment) -> Value:
+    """Like :func:`elaborate`, but refuse strings, Booleans and records."""
+    value = elaborate(expression, env)
+    if value.type in ("Real", "Integer"):
+        return value
+    fail(
+        "T101",
+        f"a number is needed, not {_article(value)}",
+        expression.span,
+        help="compare or convert it, or use if c then 1 else 0",
+    )
+
+
+def elaborate_condition(expression: tree.Expression, env: Environment) -> Value:
+    """Like :func:`elaborate`, for a scalar Boolean."""
+    value = elaborate(expression, env)
+    if value.type != "Boolean" or value.shape:
+        fail(
+            "T102",
+            f"a condition must be true or false, not {_article(value)}",
+            expression.span,
+            help="write a comparison, such as x > 0",
+        )
+    return value
+
+
+def constant_number(expression: tree.Expression, env: Environment, what: str) -> float:
+    """Return the number of an expression that must be known at compile time.
+
+    Raises:
+        AcausalError: ``T103`` if it depends on a variable or on a real parameter.
+    """
+    value = elaborate(expression, env)
+    numbers = constants(value)
+    if numbers is None and not value.shape and has_loops(value.expr):
+        raise NeedsUnroll
+    if numbers is None or numbers.shape:
+        fail(
+            "T103",
+            f"{what} must be a number known before the simulation",
+            expression.span,
+            label="this depends on something that can change",
+            help="use Integer parameters and constants here",
+        )
+    return float(numbers)
+
+
+def require_shape(value: Value, shape: tuple[int, ...], what: str, span: Span) -> None:
+    """Refuse a value of another size.
+
+    Raises:
+        AcausalError: ``T104``.
+    """
+    if value.shape != shape:
+        fail(
+            "T104",
+            f"{what}: {shape_text(shape)} and {shape_text(value.shape)}",
+            span,
+            label="the sizes differ",
+            help="make both the same size; a subscript or slice picks elements",
+        )
+
+
+def shape_text(shape: tuple[int, ...]) -> str:
+    """Return an array's size in words."""
+    return "a scalar" if not shape else f"size [{', '.join(map(str, shape))}]"
+
+
+def _article(value: Value) -> str:
+    kind = {"enumeration": "an enumeration value", "record": "a record"}.get(
+        value.type, f"a {value.type}"
+    )
+    return kind if not value.shape else f"an array of {shape_text(value.shape)}"
+
+
+# --- literals ----------------------------------------------------------------------------
+
+
+def _number(e: tree.NumberLiteral, env: Environment) -> Value:
+    if e.unit is None:
+        return number(e.value, "Integer" if e.integer else "Real")
+    try:
+        unit = parse_unit(e.unit)
+    except UnitError as error:
+        fail(
+            "U104",
+            f"{e.unit} is not a unit",
+            e.span,
+            notes=[str(error)],
+            help=(
+                f"write {error.suggestions[0]}"
+                if error.suggestions
+                else "units are written as in N.m/rad, m/s2, kOhm, 1/min"
+            ),
+        )
+    return number(float(to_si(e.value, unit)), "Real", unit.dimension)
+
+
+def _string(e: tree.StringLiteral, env: Environment) -> Value:
+    return string(e.value)
+
+
+def _boolean(e: tree.BooleanLiteral, env: Environment) -> Value:
+    return number(float(e.value), "Boolean", None)
+
+
+def _reference(e: tree.Reference, env: Environment) -> Value:
+    if len(e.parts) == 1 and e.parts[0].name == "time" and not e.absolute:
+        return scalar(TIME, "Real", SECOND)
+    return env.reference(e)
+
+
+# --- operators ---------------------------------------------------------------------------
+
+
+def mapped(function: Callable[..., Expr], type_: str, unit: UnitOf, *args: Value) -> Value:
+    """Apply a scalar function elementwise; scalars among the arguments are repeated."""
+    shape = next((a.shape for a in args if a.shape), ())
+    if not shape:
+        return scalar(function(*(a.expr for a in args)), type_, unit)
+
+    def get(index: Index) -> Expr:
+        return function(*(a.get(index) if a.shape else a.expr for a in args))
+
+    return Value(type_, shape, get, unit)
+
+
+def _unary(e: tree.Unary, env: Environment) -> Value:
+    operand = elaborate(e.operand, env)
+    if e.operator == "not":
+        if operand.type != "Boolean":
+            fail("T102", f"not needs a Boolean, not {_article(operand)}", e.span,
+                 help="write a comparison, such as not x > 0")  # fmt: skip
+        return mapped(build.not_, "Boolean", None, operand)
+    _need_numbers(operand, e.operand.span, e.operator)
+    if e.operator.endswith("+"):
+        return operand
+    return mapped(build.neg, operand.type, operand.unit, operand)
+
+
+def _need_numbers(value: Value, span: Span, operator: str) -> None:
+    if value.type not in ("Real", "Integer"):
+        fail(
+            "T101",
+            f"{operator} needs numbers, not {_article(value)}",
+            span,
+            help="use a number here; Booleans become one with if c then 1 else 0",
+        )
+
+
+def _binary(e: tree.Binary, env: Environment) -> Value:
+    left = elaborate(e.left, env)
+    right = elaborate(e.right, env)
+    op = e.operator
+    if op in _RELATIONS:
+        return _relation(e, left, right)
+    if op in ("and", "or"):
+        for value, part in ((left, e.left), (right, e.right)):
+            if value.type != "Boolean":
+                fail("T102", f"{op} needs Booleans, not {_article(value)}", part.span,
+                     help="write a comparison, such as x > 0")  # fmt: skip
+        return mapped(build.and_ if op == "and" else build.or_, "Boolean", None, left, right)
+    if op == "+" and left.text is not None and right.text is not None:
+        return string(left.text + right.text)
+    _need_numbers(left, e.left.span, op)
+    _need_numbers(right, e.right.span, op)
+    both = "Integer" if left.type == right.type == "Integer" else "Real"
+    if op in ("+", "-", ".+", ".-"):
+        if left.shape != right.shape and (op in ("+", "-") or (left.shape and right.shape)):
+            require_shape(right, left.shape, f"{op} of unlike sizes", e.span)
+        unit = units.added(
+            left.unit, right.unit, "adding" if "+" in op else "subtracting", "U101",
+            e.span, e.left.span, e.right.span,
+        )  # fmt: skip
+        return mapped(build.add if "+" in op else build.sub, both, unit, left, right)
+    if op == "*" and left.shape and right.shape:
+        return matrix_product(left, right, e.span)
+    if op in ("*", ".*"):
+        if left.shape and right.shape:
+            require_shape(right, left.shape, "elementwise product", e.span)
+        return mapped(build.mul, both, units.times(left.unit, right.unit), left, right)
+    if op in ("/", "./"):
+        if right.shape and op == "/":
+            fail("T105", "an array cannot be a divisor", e.right.span,
+                 help="use ./ to divide element by element")  # fmt: skip
+        if left.shape and right.shape:
+            require_shape(right, left.shape, "elementwise quotient", e.span)
+        return mapped(build.div, "Real", units.over(left.unit, right.unit), left, right)
+    if op in ("^", ".^"):
+        if op == "^" and left.shape:
+            return _matrix_power(left, right, e)
+        units.pure(right.unit, "an exponent", e.right.span)
+        exponent = right.expr if not right.shape else None
+        constant = float(exponent.value) if exponent is not None and exponent.op == "const" else None  # type: ignore[arg-type]  # noqa: E501
+        return mapped(build.power, "Real", units.raised(left.unit, constant), left, right)
+    raise AssertionError(op)
+
+
+def _relation(e: tree.Binary, left: Value, right: Value) -> Value:
+    if left.text is not None and right.text is not None and e.operator in ("==", "<>"):
+        return number(float((left.text == right.text) == (e.operator == "==")), "Boolean", None)
+    if (left.type == "enumeration") != (right.type == "enumeration") or (
+        left.enumeration is not right.enumeration
+    ):
+        fail("T106", f"cannot compare {_article(left)} with {_article(right)}", e.span,
+             help="compare values of one type")  # fmt: skip
+    if left.shape or right.shape:
+        fail("T106", "arrays cannot be compared", e.span, help="compare their elements")
+    units.added(
+        left.unit, right.unit, "comparing", "U105", e.span, e.left.span, e.right.span
+    )
+    return mapped(
+        lambda a, b: build.relation(_RELATIONS[e.operator], a, b), "Boolean", None, left, right
+    )
+
+
+def sum_of(terms: list[Expr]) -> Expr:
+    """Return the sum as a balanced tree, so that long sums stay shallow."""
+    while len(terms) > 1:
+        paired = [
+            build.add(terms[k], terms[k + 1]) if k + 1 < len(terms) else terms[k]
+            for k in range(0, len(terms), 2)
+        ]
+        terms = paired
+    return terms[0] if terms else ZERO
+
+
+def matrix_product(left: Value, right: Value, span: Span) -> Value:
+    """Return the scalar, matrix-vector or matrix product of two arrays.
+
+    Raises:
+        AcausalError: ``T104`` if the inner sizes differ.
+    """
+    inner = left.shape[-1]
+    if inner != right.shape[0] or len(left.shape) > 2 or len(right.shape) > 2:
+        fail(
+            "T104",
+            f"product of {shape_text(left.shape)} and {shape_text(right.shape)}",
+            span,
+            label="the inner sizes differ",
+            help="use .* to multiply element by element, transpose() to turn a matrix",
+        )
+    if inner > LONGEST_REDUCTION:
+        too_long(inner, span)
+    unit = units.times(left.unit, right.unit)
+    rows, columns = left.shape[:-1], right.shape[1:]
+
+    def get(index: Index) -> Expr:
+        row, column = index[: len(rows)], index[len(rows) :]
+        terms = [
+            build.mul(left.get((*row, k)), right.get((k, *column)))
+            for k in (const(float(i)) for i in range(1, inner + 1))
+        ]
+        return sum_of(terms)
+
+    shape = rows + columns
+    if not shape:
+        return scalar(get(()), "Real", unit)
+    return Value("Real", shape, get, unit)
+
+
+def _matrix_power(left: Value, right: Value, e: tree.Binary) -> Value:
+    exponent = right.expr
+    if len(left.shape) != 2 or left.shape[0] != left.shape[1] or exponent.op != "const":
+        fail("T105", "only a square matrix has a power, with a constant whole exponent", e.span,
+             help="use .^ to raise element by element")  # fmt: skip
+    n = int(exponent.value)  # type: ignore[call-overload]
+    result = table(np.eye(left.shape[0]), "Real", LITERAL)
+    for _ in range(n):
+        result = matrix_product(result, left, e.span)
+    return result
+
+
+def too_long(length: int, span: Span) -> None:
+    """Refuse a reduction of too many terms.
+
+    Raises:
+        AcausalError: ``T107``.
+    """
+    fail(
+        "T107",
+        f"a sum of {length} terms in one expression is too long",
+        span,
+        notes=[f"the longest allowed has {LONGEST_REDUCTION} terms"],
+        help="add the terms in a chain: s[1] = x[1]; s[i] = s[i-1] + x[i] in a for equation",
+    )
+
+
+# --- conditionals and arrays -------------------------------------------------------------
+
+
+def _if(e: tree.IfExpression, env: Environment) -> Value:
+    chosen: list[tuple[Value, Value, tree.Expression]] = []
+    otherwise: tuple[Value, tree.Expression] | None = None
+    for condition, result in e.branches:
+        c = elaborate_condition(condition, env)
+        if c.expr.op == "const":
+            if c.expr is ZERO:
+                continue
+            otherwise = (elaborate(result, env), result)
+            break
+        chosen.append((c, elaborate(result, env), result))
+    if otherwise is None:
+        otherwise = (elaborate(e.otherwise, env), e.otherwise)
+    value, last = otherwise
+    for condition_value, branch, source in reversed(chosen):
+        if branch.type in ("String", "record") or value.type in ("String", "record"):
+            fail("T108", "such an if must be decided before the simulation", e.span,
+                 help="use a parameter or constant in the condition")  # fmt: skip
+        require_shape(branch, value.shape, "the branches of an if differ", source.span)
+        unit = units.added(
+            branch.unit, value.unit, "an if gives", "U101", e.span, source.span, last.span
+        )
+        type_ = branch.type if branch.type == value.type else "Real"
+        value = mapped(build.if_, type_, unit, condition_value, branch, value)
+    return value
+
+
+def _range(e: tree.RangeExpression, env: Environment) -> Value:
+    start = constant_number(e.start, env, "the start of a range")
+    stop = constant_number(e.stop, env, "the end of a range")
+    step = 1.0 if e.step is None else constant_number(e.step, env, "the step of a range")
+    if step == 0.0:
+        fail("T109", "the step of a range is 0", e.span, help="use a step above or below 0")
+    count = max(0, int(np.floor((stop - start) / step * (1 + 1e-14) + 1e-10)) + 1)
+    whole = all(v == int(v) for v in (start, step))
+    return table(start + step * np.arange(count), "Integer" if whole else "Real", LITERAL)
+
+
+def stack(values: list[Value], spans: list[Span], span: Span) -> Value:
+    """Return the array whose elements along a new first dimension are ``values``."""
+    if not values:
+        return table(np.zeros(0), "Real", LITERAL)
+    shape = values[0].shape
+    unit: UnitOf = LITERAL
+    for value, place in zip(values, spans, strict=True):
+        require_shape(value, shape, "elements of an array differ in size", place)
+        unit = units.added(unit, value.unit, "an array holds", "U101", span, spans[0], place)
+    types = {v.type for v in values}
+    type_ = types.pop() if len(types) == 1 else "Real"
+    if type_ in ("String", "record"):
+        fail("T110", f"arrays of {type_} are not supported here", span,
+             help="use separate components")  # fmt: skip
+    if all(not v.shape for v in values):
+        return listed([v.expr for v in values], (len(values),), type_, unit)
+
+    def get(index: Index) -> Expr:
+        return values[position(index[:1], (len(values),))].get(index[1:])
+
+    result = Value(type_, (len(values), *shape), get, unit)
+    return _settled(result)
+
+
+def _settled(value: Value) -> Value:
+    """Turn an array whose elements are all constant into a table."""
+    if value.size <= LONGEST_REDUCTION:
+        try:
+            numbers = constants(value)
+        except NeedsUnroll:
+            return value
+        if numbers is not None:
+            return table(numbers, value.type, value.unit)
+    return value
+
+
+def _array(e: tree.ArrayLiteral, env: Environment) -> Value:
+    values = [elaborate(x, env) for x in e.elements]
+    return stack(values, [x.span for x in e.elements], e.span)
+
+
+def _comprehension(e: tree.ArrayComprehension, env: Environment) -> Value:
+    ranges = [iteration(i, env) for i in e.indices]
+    # Lazy: the element is elaborated again for every subscript asked for, loop indices included.
+    shape = tuple(r.size for r in ranges)
+    first = elaborate(
+        e.element,
+        env.with_locals({i.name: _item(r, ONE) for i, r in zip(e.indices, ranges, strict=True)}),
+    ) if all(shape) else number(0.0)  # fmt: skip
+    outer = len(shape)
+
+    def get(index: Index) -> Expr:
+        own = {i.name: _item(r, x) for i, r, x in zip(e.indices, ranges, index, strict=False)}
+        return elaborate(e.element, env.with_locals(own)).get(index[outer:])
+
+    return _settled(Value(first.type, (*shape, *first.shape), get, first.unit))
+
+
+def iteration(index: tree.ForIndex, env: Environment) -> Value:
+    """Return the values a loop index takes, a constant vector.
+
+    Raises:
+        AcausalError: ``T111`` if it has no range, ``T103`` if the range is not constant.
+    """
+    if index.range is None:
+        fail("T111", f"the loop index {index.name} has no range", index.span,
+             help=f"write for {index.name} in 1:n")  # fmt: skip
+    value = elaborate(index.range, env)
+    if len(value.shape) != 1:
+        fail("T111", f"{index.name} must run over a vector", index.range.span,
+             help=f"write for {index.name} in 1:n")  # fmt: skip
+    return value
+
+
+def _item(values: Value, index: Expr) -> Value:
+    return scalar(values.get((index,)), values.type, values.unit)
+
+
+def passes(
+    indices_: tuple[tree.ForIndex, ...], env: Environment, span: Span
+) -> list[dict[str, Value]]:
+    """Return the names and values of every pass of a reduction or unrolled loop."""
+    ranges = [iteration(i, env) for i in indices_]
+    total = int(np.prod([r.size for r in ranges]))
+    if total > LONGEST_REDUCTION:
+        too_long(total, span)
+    names = [i.name for i in indices_]
+    return [
+        dict(zip(names, combination, strict=True))
+        for combination in itertools.product(
+            *([_item(r, const(float(k))) for k in range(1, r.size + 1)] for r in ranges)
+        )
+    ]
+
+
+def _matrix(e: tree.MatrixLiteral, env: Environment) -> Value:
+    rows = []
+    for row in e.rows:
+        parts = [_as_matrix(elaborate(x, env)) for x in row]
+        rows.append(concatenate(2, parts, [x.span for x in row]))
+    return concatenate(1, rows, [r[0].span for r in e.rows])
+
+
+def _as_matrix(value: Value) -> Value:
+    if len(value.shape) == 2:
+        return value
+    if len(value.shape) == 1:
+        return Value(value.type, (value.shape[0], 1), lambda i: value.get(i[:1]), value.unit)
+    return listed([value.expr], (1, 1), value.type, value.unit)
+
+
+def concatenate(dimension: int, values: list[Value], spans: list[Span]) -> Value:
+    """Return arrays put one after the other along a dimension (from 1).
+
+    Raises:
+        AcausalError: ``T104`` if the other sizes differ.
+    """
+    axis = dimension - 1
+    first = values[0]
+    if len(values) == 1:
+        return first
+    unit: UnitOf = LITERAL
+    for value, span in zip(values, spans, strict=True):
+        expected = (*first.shape[:axis], value.shape[axis], *first.shape[axis + 1 :])
+        require_shape(value, expected, "concatenated arrays differ in size", span)
+        unit = units.added(unit, value.unit, "an array holds", "U101", span, spans[0], span)
+    ends = np.cumsum([v.shape[axis] for v in values])
+    shape = (*first.shape[:axis], int(ends[-1]), *first.shape[axis + 1 :])
+
+    def get(index: Index) -> Expr:
+        place = position((index[axis],), (shape[axis],))
+        which = int(np.searchsorted(ends, place, "right"))
+        inside = place - (int(ends[which - 1]) if which else 0)
+        return values[which].get(
+            (*index[:axis], const(float(inside + 1)), *index[axis + 1 :])
+        )
+
+    types = {v.type for v in values}
+    return _settled(Value(types.pop() if len(types) == 1 else "Real", shape, get, unit))
+
+
+def _call(e: tree.Call, env: Environment) -> Value:
+    return env.call(e)
+
+
+def _refuse(e: tree.Expression, env: Environment) -> Value:
+    fail("T112", f"{format_expression(e)} has no meaning here", e.span,
+         help=": and end belong into subscripts")  # fmt: skip
+
+
+def subscripted(value: Value, subscripts: tuple[tree.Expression, ...], env: Environment,
+                span: Span) -> Value:  # fmt: skip
+    """Return elements or a slice of an array.
+
+    Raises:
+        AcausalError: ``T113`` for too many subscripts, ``T114`` for one out of range.
+    """
+    if not subscripts:
+        return value
+    if len(subscripts) > len(value.shape):
+        fail("T113", f"{len(subscripts)} subscripts for {shape_text(value.shape)}", span,
+             help="give at most one subscript for each dimension")  # fmt: skip
+    axes = [
+        axis(s, n, env) for s, n in itertools.zip_longest(subscripts, value.shape)
+    ]
+    shape = tuple(a.size for a in axes if a.shape)
+
+    def get(index: Index) -> Expr:
+        free = iter(index)
+        return value.get(tuple(a.get((next(free),)) if a.shape else a.expr for a in axes))
+
+    if not shape:
+        return Value(value.type, (), lambda _: get(()), value.unit, value.text,
+                     value.fields, value.enumeration)  # fmt: skip
+    return Value(value.type, shape, get, value.unit)
+
+
+def axis(subscript: tree.Expression | None, n: int, env: Environment) -> Value:
+    """Return a subscript as a scalar or a vector of positions along a dimension of size ``n``.
+
+    Raises:
+        AcausalError: ``T114`` if a constant position is out of range, ``T115`` if it is no
+            Integer.
+    """
+    if subscript is None or isinstance(subscript, tree.Colon):
+        return Value("Integer", (n,), lambda index: index[0], LITERAL)
+    value = elaborate(subscript, _WithEnd(env, n))
+    if value.type == "Boolean" and value.shape == (n,):
+        mask = constants(value)
+        if mask is not None:
+            return table(np.flatnonzero(mask) + 1.0, "Integer", LITERAL)
+    if value.type not in ("Integer", "enumeration") or len(value.shape) > 1:
+        fail("T115", f"{format_expression(subscript)} is not an Integer", subscript.span,
+             help="subscripts are whole numbers from 1")  # fmt: skip
+    fixed = constants(value) if value.size <= LONGEST_REDUCTION else None
+    if fixed is not None and fixed.size and (fixed.min() < 1 or fixed.max() > n):
+        bad = fixed.min() if fixed.min() < 1 else fixed.max()
+        fail("T114", f"subscript {int(bad)} is outside 1..{n}", subscript.span,
+             help=f"the array has {n} elements here")  # fmt: skip
+    return value
+
+
+class _WithEnd:
+    """An environment in which ``end`` has a value."""
+
+    def __init__(self, env: Environment, end: int) -> None:
+        self._env = env
+        self.end = end
+
+    def reference(self, reference: tree.Reference) -> Value:
+        return self._env.reference(reference)
+
+    def call(self, call: tree.Call) -> Value:
+        return self._env.call(call)
+
+    def with_locals(self, values: dict[str, Value]) -> Environment:
+        return _WithEnd(self._env.with_locals(values), self.end)
+
+
+def _end(e: tree.Expression, env: Environment) -> Value:
+    if isinstance(env, _WithEnd):
+        return number(float(env.end), "Integer")
+    return _refuse(e, env)
+
+
+_handlers: dict[type[tree.Expression], Callable[..., Value]] = {
+    tree.NumberLiteral: _number,
+    tree.StringLiteral: _string,
+    tree.BooleanLiteral: _boolean,
+    tree.Reference: _reference,
+    tree.Unary: _unary,
+    tree.Binary: _binary,
+    tree.IfExpression: _if,
+    tree.Call: _call,
+    tree.RangeExpression: _range,
+    tree.ArrayLiteral: _array,
+    tree.ArrayComprehension: _comprehension,
+    tree.MatrixLiteral: _matrix,
+    tree.Colon: _refuse,
+    tree.End: _end,
+    tree.TupleExpression: _refuse,
+}
+

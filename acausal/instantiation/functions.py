@@ -1,0 +1,364 @@
+"""User functions, executed symbolically where they are called.
+
+A function's algorithm is run on expressions: an assignment replaces the expression of a name, a
+loop over a constant range is unrolled, an ``if`` on an unknown condition runs both branches and
+joins what they assigned. What comes out is an expression like any other, so that it can be
+differentiated and shares common parts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from acausal.diagnostics import Span, fail
+from acausal.diagnostics.suggest import nearest
+from acausal.expressions import build
+from acausal.expressions.nodes import ONE, ZERO, Expr, const
+from acausal.instantiation import unit_algebra as units
+from acausal.instantiation.expressions import (
+    LONGEST_REDUCTION,
+    constant_number,
+    elaborate,
+    elaborate_condition,
+    passes,
+    require_shape,
+    subscripted,
+)
+from acausal.instantiation.merge import Element, merge, primitive_type, type_of
+from acausal.instantiation.values import UnitOf, Value, constants, indices, position
+from acausal.modeling.classes import ClassDef
+from acausal.syntax import tree
+from acausal.units.unit import UnitError, parse_unit
+
+if TYPE_CHECKING:
+    from acausal.instantiation.environment import ClassEnvironment
+
+#: Calls nested deeper than this are taken for an endless recursion.
+DEEPEST_CALL = 100
+
+
+class _Break(Exception):  # noqa: N818 - control flow of the interpreted program
+    """``break``."""
+
+
+class _Return(Exception):  # noqa: N818 - control flow of the interpreted program
+    """``return``."""
+
+
+@dataclass
+class _Local:
+    """A variable of the function: its elements, last subscript fastest; None if unassigned."""
+
+    type: str
+    shape: tuple[int, ...]
+    elements: list[Expr | None]
+    unit: UnitOf
+    value: Value | None = None
+
+    def copy(self) -> _Local:
+        return _Local(self.type, self.shape, list(self.elements), self.unit, self.value)
+
+
+@dataclass
+class FunctionEnvironment:
+    """Names inside a function: its own variables first, then the classes around it."""
+
+    outside: ClassEnvironment
+    function: ClassDef
+    locals: dict[str, _Local]
+    hidden: dict[str, Value] = field(default_factory=dict)
+
+    def reference(self, reference: tree.Reference) -> Value:
+        """Return the value of a local variable or of a constant."""
+        first = reference.parts[0]
+        if first.name in self.hidden:
+            return self.hidden[first.name]
+        if first.name in self.locals and not reference.absolute:
+            value = self._read(first.name, reference)
+            value = subscripted(value, first.subscripts, self, reference.span)
+            for part in reference.parts[1:]:
+                value = _field(value, part, reference)
+                value = subscripted(value, part.subscripts, self, reference.span)
+            return value
+        return self.outside.constant(reference)
+
+    def _read(self, name: str, reference: tree.Reference) -> Value:
+        local = self.locals[name]
+        if local.value is not None:
+            return local.value
+        elements = list(local.elements)
+
+        def get(index: tuple[Expr, ...]) -> Expr:
+            found = elements[position(index, local.shape)]
+            if found is None:
+                fail("T123", f"{name} is used before it has a value", reference.span,
+                     help=f"assign {name} first")  # fmt: skip
+            return found
+
+        if not local.shape:
+            get(())
+        return Value(local.type, local.shape, get, local.unit)
+
+    def call(self, call: tree.Call) -> Value:
+        """Return the value of a call."""
+        return self.outside.call_in(call, self)
+
+    def with_locals(self, values: dict[str, Value]) -> FunctionEnvironment:
+        """Return the environment with loop indices that hide other names."""
+        return FunctionEnvironment(
+            self.outside, self.function, self.locals, {**self.hidden, **values}
+        )
+
+
+def _field(value: Value, part: tree.NamePart, reference: tree.Reference) -> Value:
+    if value.fields is None or part.name not in value.fields:
+        names = list(value.fields or {})
+        fail("N102", f"there is no {part.name} in {reference.parts[0].name}", reference.span,
+             notes=[f"it has {', '.join(names)}"] if names else [],
+             help="name one of its fields")  # fmt: skip
+    return value.fields[part.name]
+
+
+def inline(
+    function: ClassDef, call: tree.Call, given: list[Value], named: dict[str, Value],
+    outside: ClassEnvironment, depth: int,
+) -> list[Value]:  # fmt: skip
+    """Return the outputs of a call, in order.
+
+    Args:
+        function: The function.
+        call: The call, for messages.
+        given: Positional arguments.
+        named: Named arguments.
+        outside: Environment for constants and functions, with the function as scope.
+        depth: How deep calls are nested.
+
+    Raises:
+        AcausalError: ``T12x`` for wrong arguments and for algorithms that cannot be unrolled.
+    """
+    if depth > DEEPEST_CALL:
+        fail("N106", f"{function.full_name} calls itself without end", call.span,
+             help="give the recursion an end that is known before the simulation")  # fmt: skip
+    merged = merge(function)
+    if function.tree.external:
+        fail("T124", f"{function.full_name} is an external function", call.span,
+             help="write its body as an algorithm")  # fmt: skip
+    env = FunctionEnvironment(outside, function, {})
+    inputs = [e for e in merged.elements.values() if e.has("input")]
+    outputs = [e for e in merged.elements.values() if e.has("output")]
+    if len(given) > len(inputs):
+        fail("T120", f"{function.name} takes {len(inputs)} arguments, not {len(given)}",
+             call.span, help=f"its inputs are {', '.join(e.name for e in inputs)}")  # fmt: skip
+    arguments = {e.name: v for e, v in zip(inputs, given, strict=False)}
+    for name, value in named.items():
+        if name not in {e.name for e in inputs} or name in arguments:
+            close = nearest(name, [e.name for e in inputs])
+            fail("T120", f"{function.name} has no input {name} left to set", call.span,
+                 notes=[f"did you mean {' or '.join(close)}?"] if close else [],
+                 help=f"its inputs are {', '.join(e.name for e in inputs)}")  # fmt: skip
+        arguments[name] = value
+    for element in merged.elements.values():
+        _declare(element, env, arguments.get(element.name), call)
+    try:
+        for statements, owner in merged.algorithms:
+            env.outside = outside.in_class(owner)
+            _run(statements, env)
+    except _Return:
+        pass
+    return [env._read(e.name, tree.Reference(call.span, (tree.NamePart(call.span, e.name),)))
+            for e in outputs]  # fmt: skip
+
+
+def _declare(
+    element: Element, env: FunctionEnvironment, argument: Value | None, call: tree.Call
+) -> None:
+    kind = primitive_type(type_of(element))
+    binding = next((m.value for m in element.modifications if not m.path), None)
+    value = argument
+    if value is None and binding is not None:
+        value = elaborate(binding, env)
+    if value is None and element.has("input"):
+        fail("T120", f"{env.function.name} needs a value for {element.name}", call.span,
+             help="give all inputs that have no default")  # fmt: skip
+    if kind is None or kind.base == "String":
+        env.locals[element.name] = _Local("record", (), [], None, value)
+        return
+    unit: UnitOf = None
+    for m in (*element.modifications, *kind.modifications):
+        if m.path == ("unit",) and isinstance(m.value, tree.StringLiteral):
+            try:
+                unit = parse_unit(m.value.value).dimension if m.value.value else None
+            except UnitError as error:
+                fail("U104", f"{m.value.value} is not a unit", m.span, notes=[str(error)],
+                     help="units are written as in N.m/rad, m/s2, kOhm")  # fmt: skip
+            break
+    given = element.declaration.dimensions
+    dimensions = (*given, *(d for d, _ in kind.dimensions))
+    shape: list[int] = []
+    for k, d in enumerate(dimensions):
+        if isinstance(d, tree.Colon):
+            if value is None or len(value.shape) != len(dimensions):
+                fail("T125", f"the size of {element.name} is not known", element.declaration.span,
+                     help="give it a size, or pass an array with as many dimensions")  # fmt: skip
+            shape.append(value.shape[k])
+        else:
+            shape.append(int(constant_number(d, env, "an array size")))
+    size = tuple(shape)
+    local = _Local(kind.base, size, [None] * len(indices(size)), unit)
+    env.locals[element.name] = local
+    if value is not None:
+        require_shape(value, size, f"the value of {element.name}", call.span)
+        local.unit = units.added(
+            value.unit, unit, f"{element.name} of {env.function.name} is given", "U106",
+            call.span, call.span, element.declaration.span,
+        )  # fmt: skip
+        if constants_only(value):
+            local.value = value
+        local.elements = list(value.elements())
+        if kind.base != value.type and kind.base == "Real":
+            local.value = None
+
+
+def constants_only(value: Value) -> bool:
+    """Tell whether all elements are constant, without unrolling long arrays."""
+    return value.size <= LONGEST_REDUCTION and constants(value) is not None
+
+
+def _run(statements: tuple[tree.Statement, ...], env: FunctionEnvironment) -> None:
+    for statement in statements:
+        if isinstance(statement, tree.Assignment):
+            _assign(statement, env)
+        elif isinstance(statement, tree.IfStatement):
+            _branch(list(statement.branches), statement.otherwise, env)
+        elif isinstance(statement, tree.ForStatement):
+            _loop(statement, env)
+        elif isinstance(statement, tree.WhileStatement):
+            _while(statement, env)
+        elif isinstance(statement, tree.BreakStatement):
+            raise _Break
+        elif isinstance(statement, tree.ReturnStatement):
+            raise _Return
+        elif isinstance(statement, tree.CallStatement):
+            if str(statement.call.function) != "assert":
+                env.call(statement.call)
+        else:
+            fail("E001", "when is not allowed in a function", statement.span,
+                 help="functions have no events")  # fmt: skip
+
+
+def _assign(statement: tree.Assignment, env: FunctionEnvironment) -> None:
+    if isinstance(statement.target, tree.TupleExpression):
+        assert isinstance(statement.value, tree.Call)
+        results = env.outside.call_all(statement.value, env)
+        for target, value in zip(statement.target.elements, results, strict=False):
+            if isinstance(target, tree.Reference):
+                _store(target, value, env, statement.span)
+        return
+    _store(statement.target, elaborate(statement.value, env), env, statement.span)
+
+
+def _store(
+    target: tree.Reference, value: Value, env: FunctionEnvironment, span: Span
+) -> None:
+    name = target.parts[0].name
+    local = env.locals.get(name)
+    if local is None or len(target.parts) > 1:
+        fail("T126", f"{target} cannot be assigned here", span,
+             help="assign the function's own variables, records as a whole")  # fmt: skip
+    if env_input(env, name):
+        fail("T126", f"{name} is an input and cannot be assigned", span,
+             help="use a protected variable")  # fmt: skip
+    if local.type == "record":
+        local.value = value
+        return
+    local.value = None
+    units.added(local.unit, value.unit, f"{name} is given", "U106", span, span, span)
+    subscripts = target.parts[0].subscripts
+    if not subscripts:
+        require_shape(value, local.shape, f"{name} has another size", span)
+        local.elements = list(value.elements())
+        return
+    places = Value(
+        "Integer", local.shape, lambda i: const(float(position(i, local.shape))), None
+    )
+    chosen = subscripted(places, subscripts, env, span)
+    require_shape(value, chosen.shape, f"{target} has another size", span)
+    for place, element in zip(chosen.elements(), value.elements(), strict=True):
+        local.elements[int(place.value)] = element  # type: ignore[call-overload]
+
+
+def env_input(env: FunctionEnvironment, name: str) -> bool:
+    """Tell whether a name is an input of the function."""
+    element = merge(env.function).elements.get(name)
+    return element is not None and element.has("input")
+
+
+def _branch(
+    branches: list[tuple[tree.Expression, tuple[tree.Statement, ...]]],
+    otherwise: tuple[tree.Statement, ...],
+    env: FunctionEnvironment,
+) -> None:
+    if not branches:
+        _run(otherwise, env)
+        return
+    condition, body = branches[0]
+    c = elaborate_condition(condition, env).expr
+    if c is ONE or (c.op == "const" and c is not ZERO):
+        _run(body, env)
+        return
+    if c is ZERO:
+        _branch(branches[1:], otherwise, env)
+        return
+    before = {n: v.copy() for n, v in env.locals.items()}
+    try:
+        _run(body, env)
+        after = env.locals
+        env.locals = before
+        _branch(branches[1:], otherwise, env)
+    except (_Break, _Return):
+        fail("T127", "return or break under a condition that is not known", condition.span,
+             help="assign the result in both branches instead")  # fmt: skip
+    for name, local in env.locals.items():
+        first = after[name]
+        if first.value is not local.value and "record" in (first.type, local.type):
+            fail("T127", f"{name} is a record assigned under an unknown condition",
+                 condition.span, help="assign its fields with if expressions")  # fmt: skip
+        if local.type != "record":
+            changed = first.elements != local.elements
+            local.elements = [
+                a if a is b else (None if a is None or b is None else build.if_(c, a, b))
+                for a, b in zip(first.elements, local.elements, strict=True)
+            ]
+            if changed:
+                local.value = None
+
+
+def _loop(statement: tree.ForStatement, env: FunctionEnvironment) -> None:
+    hidden = env.hidden
+    try:
+        for own in passes(statement.indices, env, statement.span):
+            env.hidden = {**hidden, **own}
+            _run(statement.body, env)
+    except _Break:
+        pass
+    finally:
+        env.hidden = hidden
+
+
+def _while(statement: tree.WhileStatement, env: FunctionEnvironment) -> None:
+    for _ in range(LONGEST_REDUCTION):
+        condition = elaborate_condition(statement.condition, env).expr
+        if condition.op != "const":
+            fail("T128", "the end of this while loop depends on a variable",
+                 statement.condition.span,
+                 help="use a for loop with a constant range, and if expressions in it")  # fmt: skip
+        if condition is ZERO:
+            return
+        try:
+            _run(statement.body, env)
+        except _Break:
+            return
+    fail("T128", f"this while loop has not ended after {LONGEST_REDUCTION} passes",
+         statement.span, help="check its condition")  # fmt: skip
+

@@ -1,0 +1,1 @@
+"""Class definitions, scopes and the library: where text and Python meet."""
