@@ -1,0 +1,181 @@
+"""Result files: the suffix chooses the format, and a file is there whole or not at all."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, NoReturn
+
+from acausal.diagnostics import fail
+
+if TYPE_CHECKING:
+    from acausal.results.result import Result
+
+Writer = Callable[["Result", Sequence[str], Path], None]
+Reader = Callable[[Path], "Result"]
+
+#: What may stand behind ``--output``.
+SUFFIXES = (".csv", ".nc", ".h5", ".hdf5", ".parquet")
+
+
+def check_suffix(path: str | os.PathLike[str], suffixes: Sequence[str] = SUFFIXES) -> str:
+    """Return the lower-case suffix of a file that is to be written or read.
+
+    Raises:
+        AcausalError: ``F201`` if it is none of ``suffixes``.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in suffixes:
+        fail(
+            "F201",
+            f"the suffix of '{os.fspath(path)}' tells no known file format",
+            help=f"end the name in {', '.join(suffixes[:-1])} or {suffixes[-1]}",
+        )
+    return suffix
+
+
+def write_result(
+    result: Result, path: str | os.PathLike[str], patterns: Sequence[str] = ()
+) -> None:
+    """Write the matching variables, all if there are no patterns.
+
+    Raises:
+        AcausalError: ``F201`` unknown suffix, ``F202`` cannot write, ``F203`` disk full,
+            ``F205`` a library is missing, ``N901`` a pattern matches nothing.
+    """
+    writer = _writer(check_suffix(path))
+    paths = [name for name in result.find(*patterns) if name != "time"]
+    with whole_file(path) as unfinished:
+        writer(result, paths, unfinished)
+
+
+def read_result(path: str | os.PathLike[str]) -> Result:
+    """Read a file that :func:`write_result` wrote.
+
+    Raises:
+        AcausalError: ``F201`` unknown suffix, ``F204`` cannot be read or is no result,
+            ``F205`` a library is missing.
+    """
+    from acausal.diagnostics import AcausalError
+
+    reader = _reader(check_suffix(path))
+    try:
+        return reader(Path(path))
+    except AcausalError:
+        raise
+    except OSError as error:
+        reason = error.strerror or str(error)
+        fail(
+            "F204",
+            f"cannot read '{os.fspath(path)}': {reason}",
+            help="check the name of the file, and that it is a result of acausal",
+        )
+    except (ValueError, KeyError, TypeError, AttributeError, RuntimeError) as error:
+        fail(
+            "F204",
+            f"'{os.fspath(path)}' is no result file of acausal",
+            notes=[str(error)[:300]],
+            help="results are written by acausal simulate --output and by Result.write",
+        )
+
+
+def _writer(suffix: str) -> Writer:
+    if suffix == ".csv":
+        from acausal.results.csv_file import write_csv
+
+        return write_csv
+    if suffix == ".parquet":
+        from acausal.results.parquet_file import write_parquet
+
+        return write_parquet
+    from acausal.results.netcdf_file import write_netcdf
+
+    return write_netcdf
+
+
+def _reader(suffix: str) -> Reader:
+    if suffix == ".csv":
+        from acausal.results.csv_file import read_csv
+
+        return read_csv
+    if suffix == ".parquet":
+        from acausal.results.parquet_file import read_parquet
+
+        return read_parquet
+    from acausal.results.netcdf_file import read_netcdf
+
+    return read_netcdf
+
+
+@contextmanager
+def needs(package: str, purpose: str) -> Iterator[None]:
+    """Turn a failed import of an optional package into a message.
+
+    Raises:
+        AcausalError: ``F205``.
+    """
+    try:
+        yield
+    except ImportError as error:
+        fail(
+            "F205",
+            f"{purpose} need the Python package {package}, which is not installed",
+            notes=[str(error)],
+            help="pip install 'acausal[files]'",
+        )
+
+
+@contextmanager
+def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give a temporary name in the same folder, and rename it when all is written.
+
+    A device or pipe (``/dev/stdout``) is written directly.
+
+    Raises:
+        AcausalError: ``F203`` if the disk is full, ``F202`` if it cannot be written otherwise.
+    """
+    target = Path(path)
+    if target.exists() and not target.is_file() and not target.is_dir():
+        with _told(target):
+            yield target
+        return
+    if target.is_symlink():
+        target = target.resolve()
+    unfinished = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        with _told(target):
+            if target.is_dir():
+                raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
+            yield unfinished
+            os.replace(unfinished, target)
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+@contextmanager
+def _told(target: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        _cannot_write(target, error)
+
+
+def _cannot_write(target: Path, error: OSError) -> NoReturn:
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        fail(
+            "F203",
+            f"no space left to write '{target}'",
+            notes=["nothing was written; a file of that name that was there before is unchanged"],
+            help="free some space, write elsewhere, or select fewer variables with --variables",
+        )
+    if not target.parent.is_dir():
+        help_text = f"make the folder first: mkdir -p {target.parent}"
+    elif target.is_dir():
+        help_text = "give the name of a file in that folder"
+    else:
+        help_text = "choose a folder in which you may write"
+    reason = error.strerror or str(error)
+    fail("F202", f"cannot write '{target}': {reason}", help=help_text)

@@ -1,0 +1,246 @@
+"""What a simulation returns."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.diagnostics import Diagnostic, fail
+from acausal.results.patterns import is_pattern
+from acausal.results.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    import os
+
+    import pandas
+    import xarray
+    from matplotlib.figure import Figure
+
+
+class VariableSource(Protocol):
+    """Where a result gets its variables from. Nothing is computed or named before it is asked."""
+
+    def paths(self) -> Sequence[str]:
+        """Return the paths of all variables, in the order of declaration."""
+        ...
+
+    def find(self, pattern: str) -> list[str]:
+        """Return the paths that match a pattern or are equal to it, in order."""
+        ...
+
+    def values(self, path: str) -> NDArray[np.float64]:
+        """Return a variable's values, SI units, shape ``(nt,)``.
+
+        Raises:
+            KeyError: If there is no such variable.
+        """
+        ...
+
+    def unit(self, path: str) -> str:
+        """Return the unit text, empty if it has none."""
+        ...
+
+    def description(self, path: str) -> str:
+        """Return the description string."""
+        ...
+
+    def suggestions(self, path: str) -> list[str]:
+        """Return the nearest paths to a misspelt one, best first."""
+        ...
+
+
+class Ending(Enum):
+    """How a simulation ended."""
+
+    COMPLETE = "complete"
+    TERMINATED = "terminated"
+    INTERRUPTED = "interrupted"
+    FAILED = "failed"
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """Something that happened at one time.
+
+    Attributes:
+        time: When, seconds.
+        text: What, in the words of the model.
+    """
+
+    time: float
+    text: str
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A simulation's trajectories, and what belongs to them.
+
+    ``result["c.v"]`` is one :class:`Trajectory`; ``result["link[*].angle"]`` a dictionary of them.
+
+    Attributes:
+        model_name: Name of the model.
+        description: Its description string.
+        times: Times of the stored points, seconds, shape ``(nt,)``.
+        variables: Source of the variables.
+        states: Paths of the states, the first choice for a plot.
+        parameters: Values of the parameters, SI units, by path. May be a lazy mapping.
+        events: What happened, in order of time.
+        statistics: Counts and times of the solver (``steps``, ``residual_evaluations``, ...).
+        experiment: What was asked for: ``start_time``, ``stop_time``, ``tolerance``, ``solver``.
+        ending: Whether it ran to its end.
+        diagnostics: Warnings, and why it failed if it did.
+    """
+
+    model_name: str
+    description: str
+    times: NDArray[np.float64]
+    variables: VariableSource
+    states: Sequence[str] = ()
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    events: Sequence[Event] = ()
+    statistics: Mapping[str, float | int | str] = field(default_factory=dict)
+    experiment: Mapping[str, float | int | str] = field(default_factory=dict)
+    ending: Ending = Ending.COMPLETE
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    def __getitem__(self, path: str) -> Any:
+        """Return a :class:`Trajectory`, or for a pattern a dictionary of them by path.
+
+        Raises:
+            AcausalError: ``N901`` if there is no such variable.
+        """
+        return self.select(path) if is_pattern(path) else self.trajectory(path)
+
+    def __contains__(self, path: object) -> bool:
+        if not isinstance(path, str):
+            return False
+        try:
+            self.variables.values(path)
+        except KeyError:
+            return path == "time"
+        return True
+
+    def trajectory(self, path: str) -> Trajectory:
+        """Return one variable over time; ``time`` is one too.
+
+        Raises:
+            AcausalError: ``N901`` if there is no such variable.
+        """
+        try:
+            values = self.variables.values(path)
+        except KeyError:
+            if path == "time":
+                return Trajectory("time", self.times, self.times, "s", "time")
+            self._no_such(path)
+        source = self.variables
+        return Trajectory(path, self.times, values, source.unit(path), source.description(path))
+
+    def find(self, *patterns: str) -> list[str]:
+        """Return the paths that match any of the patterns, each once; all paths without patterns.
+
+        Raises:
+            AcausalError: ``N901`` if a pattern matches nothing.
+        """
+        if not patterns:
+            return list(self.variables.paths())
+        found: dict[str, None] = {}
+        for pattern in patterns:
+            matches = self.variables.find(pattern)
+            if not matches and pattern != "time":
+                self._no_such(pattern)
+            found.update(dict.fromkeys(matches or ["time"]))
+        return list(found)
+
+    def select(self, *patterns: str) -> dict[str, Trajectory]:
+        """Return the trajectories that match any of the patterns, by path.
+
+        Raises:
+            AcausalError: ``N901`` if a pattern matches nothing.
+        """
+        return {path: self.trajectory(path) for path in self.find(*patterns)}
+
+    def matrix(self, *patterns: str) -> NDArray[np.float64]:
+        """Return the values of all matching variables, shape ``(nt, number of variables)``.
+
+        Raises:
+            AcausalError: ``N901`` if a pattern matches nothing.
+        """
+        paths = self.find(*patterns)
+        table = np.empty((len(self.times), len(paths)))
+        for k, path in enumerate(paths):
+            table[:, k] = self.trajectory(path).values
+        return table
+
+    def to_pandas(self, *patterns: str) -> pandas.DataFrame:
+        """Return a data frame with the time as index; ``frame.attrs["units"]`` has the units.
+
+        Raises:
+            AcausalError: ``N901`` for an unknown name, ``F205`` if pandas is not installed.
+        """
+        from acausal.results.frames import to_pandas
+
+        return to_pandas(self, patterns)
+
+    def to_xarray(self, *patterns: str) -> xarray.Dataset:
+        """Return a data set over the dimension ``time``, with units as attributes.
+
+        Raises:
+            AcausalError: ``N901`` for an unknown name, ``F205`` if xarray is not installed.
+        """
+        from acausal.results.frames import to_xarray
+
+        return to_xarray(self, patterns)
+
+    def write(self, path: str | os.PathLike[str], *patterns: str) -> None:
+        """Write a file; its suffix says which sort (``.csv .nc .h5 .parquet``).
+
+        Raises:
+            AcausalError: ``F20x`` if it cannot be written, ``N901`` for an unknown name.
+        """
+        from acausal.results.files import write_result
+
+        write_result(self, path, patterns)
+
+    def plot(
+        self, *patterns: str, file: str | os.PathLike[str] | None = None, title: str = ""
+    ) -> Figure:
+        """Draw variables over time, those of like unit in one set of axes.
+
+        Args:
+            patterns: Paths or patterns; the states if there are none.
+            file: Where to write the picture (``.png .svg .pdf``), if anywhere.
+            title: Text above; the model's name and description if empty.
+
+        Raises:
+            AcausalError: ``N901`` for an unknown name, ``F20x`` if the file cannot be written.
+        """
+        from acausal.results.plot import draw, write_figure
+
+        figure = draw(self, patterns, title)
+        if file is not None:
+            write_figure(figure, file)
+        return figure
+
+    def __repr__(self) -> str:
+        span = f", {self.times[0]:g} s to {self.times[-1]:g} s" if len(self.times) else ""
+        return f"<Result of {self.model_name}: {self.ending.value}, {len(self.times)} points{span}>"
+
+    def _no_such(self, path: str) -> NoReturn:
+        near = [] if is_pattern(path) else self.variables.suggestions(path)
+        what = "matches" if is_pattern(path) else "is called"
+        fail(
+            "N901",
+            f"no variable of {self.model_name} {what} '{path}'",
+            notes=[f"did you mean {' or '.join(near[:3])}?"] if near else [],
+            help=(
+                f"write {near[0]}, if that is what you mean"
+                if near
+                else "acausal inspect MODEL --stage flatten lists the variables; "
+                "* stands for any text"
+            ),
+        )
