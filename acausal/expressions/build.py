@@ -45,6 +45,8 @@ def add(a: Expr, b: Expr) -> Expr:
         return folded
     if b.op == "neg":
         return sub(a, b.args[0])
+    if a.op == "neg" and a.args[0] is b:
+        return ZERO
     return node("add", (a, b))
 
 

@@ -4,13 +4,14 @@ Forward propagation through the DAG: each node's derivative is built once from t
 arguments, so shared subexpressions stay shared and the result grows linearly. Forward and not
 reverse, because an ``if`` then protects the derivatives of its branches just as it protects the
 branches: the derivative of ``if x > 0 then sqrt(x) else 0`` has no square root below zero either.
-Sums at the root are split first, so a sum of many terms costs what its terms cost.
+Sums are differentiated as a whole, so a sum of many terms costs what its terms cost.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
+from itertools import chain
 
 from acausal.expressions.build import (
     add,
@@ -30,6 +31,7 @@ from acausal.expressions.nodes import ONE, RELATIONS, TIME, ZERO, Expr, const
 from acausal.expressions.traverse import postorder
 
 _TWO = const(2.0)
+_ADDITIVE = frozenset(("add", "sub", "neg"))
 _PIECEWISE_CONSTANT = frozenset(("sign", "floor", "ceil", "integer", "div"))
 
 
@@ -48,33 +50,33 @@ def partials(expr: Expr, slots: Iterable[Expr]) -> dict[Expr, Expr]:
     Returns:
         For each slot its partial derivative, ``ZERO`` where there is none.
     """
-    wanted = {slot: 1 << bit for bit, slot in enumerate(dict.fromkeys(slots))}
-    result = dict.fromkeys(wanted, ZERO)
-    terms = _terms(expr)
-    # Which of the wanted slots a node depends on, as a bit set.
-    order = postorder(*terms)
-    support: dict[Expr, int] = {}
+    wanted = tuple(dict.fromkeys(slots))
+    order = postorder(expr)
+    terms: dict[Expr, dict[Expr, float]] = {}
+    needed = {expr}
+    for item in reversed(order):  # what uses a node comes before the node
+        if item in needed:
+            if item.op in _ADDITIVE:
+                terms[item] = _terms(item)
+                needed.update(terms[item])
+            else:
+                needed.update(item.args)
+    gradients: dict[Expr, dict[Expr, Expr]] = {slot: {slot: ONE} for slot in wanted}
     for item in order:
-        bits = wanted.get(item, 0)
-        for argument in item.args:
-            bits |= support[argument]
-        support[item] = bits
-    position = {item: number for number, item in enumerate(order)}
-    for term, count in terms.items():
-        if not support[term]:
+        if item not in needed or item in gradients:
             continue
-        below = _dependent(term, support, position)
-        for slot, bit in wanted.items():
-            if not support[term] & bit:
-                continue
-            derivative: dict[Expr, Expr] = {}
-            for item in below:
-                if item is slot:
-                    derivative[item] = ONE
-                elif support[item] & bit:
-                    derivative[item] = _chain(item, [derivative.get(a, ZERO) for a in item.args])
-            result[slot] = add(result[slot], mul(const(count), derivative[term]))
-    return result
+        gradient: dict[Expr, Expr] = {}
+        if item in terms:
+            for term, count in terms[item].items():
+                for slot, derivative in gradients[term].items():
+                    added = mul(const(count), derivative)
+                    gradient[slot] = add(gradient[slot], added) if slot in gradient else added
+        else:
+            arguments = [gradients[a] for a in item.args]
+            for slot in dict.fromkeys(chain.from_iterable(arguments)):
+                gradient[slot] = _chain(item, [g.get(slot, ZERO) for g in arguments])
+        gradients[item] = {slot: d for slot, d in gradient.items() if d is not ZERO}
+    return {slot: gradients[expr].get(slot, ZERO) for slot in wanted}
 
 
 def time_derivative(expr: Expr, derivative_of: Callable[[Expr], Expr]) -> Expr:
@@ -97,28 +99,26 @@ def time_derivative(expr: Expr, derivative_of: Callable[[Expr], Expr]) -> Expr:
 
 def _terms(expr: Expr) -> dict[Expr, float]:
     """Split a sum into its terms, in the order written, each with how often it is added."""
-    order = postorder(expr)
+    order: dict[Expr, None] = {}
+    stack = [(expr, False)]
+    while stack:
+        item, expanded = stack.pop()
+        if item in order:
+            continue
+        if expanded or item.op not in _ADDITIVE:
+            order[item] = None
+        else:
+            stack.append((item, True))
+            stack.extend((argument, False) for argument in reversed(item.args))
     count = dict.fromkeys(order, 0.0)
     count[expr] = 1.0
-    for item in reversed(order):  # what uses a node comes before the node
+    for item in reversed(order):
         if item.op in ("add", "sub"):
             count[item.args[0]] += count[item]
             count[item.args[1]] += count[item] if item.op == "add" else -count[item]
         elif item.op == "neg":
             count[item.args[0]] -= count[item]
-    return {i: count[i] for i in order if i.op not in ("add", "sub", "neg") and count[i] != 0.0}
-
-
-def _dependent(root: Expr, support: dict[Expr, int], position: dict[Expr, int]) -> Sequence[Expr]:
-    """Return the nodes below ``root`` with any support, in postorder."""
-    seen = {root}
-    stack = [root]
-    while stack:
-        for argument in stack.pop().args:
-            if support[argument] and argument not in seen:
-                seen.add(argument)
-                stack.append(argument)
-    return sorted(seen, key=position.__getitem__)
+    return {i: count[i] for i in order if i.op not in _ADDITIVE and count[i] != 0.0}
 
 
 def _chain(expr: Expr, d: Sequence[Expr]) -> Expr:

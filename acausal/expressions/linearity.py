@@ -2,7 +2,18 @@
 
 from __future__ import annotations
 
-from acausal.expressions.build import add, div, homotopy, if_, mul, neg, noevent, smooth, sub
+from acausal.expressions.build import (
+    add,
+    div,
+    homotopy,
+    if_,
+    mul,
+    neg,
+    noevent,
+    rebuild,
+    smooth,
+    sub,
+)
 from acausal.expressions.nodes import ONE, ZERO, Expr
 from acausal.expressions.traverse import postorder
 
@@ -32,7 +43,7 @@ def _split(expr: Expr, parts: list[tuple[Expr, Expr] | None]) -> tuple[Expr, Exp
     if len(known) < len(parts):
         return None
     if all(a is ZERO for a, _ in known):
-        return ZERO, expr
+        return ZERO, rebuild(expr, tuple(b for _, b in known))  # slots may have cancelled
     match expr.op:
         case "add":
             (a, b), (c, d) = known
