@@ -1,7 +1,7 @@
 """Variables that differ only in their subscripts, taken together as one array.
 
-``link[1].angle ... link[1000].angle`` is one array ``link[*].angle`` of shape ``(nt, 1000)``. With one
-object a scalar, files and data sets of a large model would take minutes to write.
+``link[1].angle ... link[1000].angle`` is one array ``link[*].angle`` of shape ``(nt, 1000)``. With
+one object a scalar, files and data sets of a large model would take minutes to write.
 """
 
 from __future__ import annotations

@@ -76,10 +76,10 @@ def read_netcdf(file: Path) -> Result:
                 values = values[:, np.newaxis]
             else:
                 paths = [_text(label) for label in stored.variables[variable.dimensions[1]][...]]
-            for path, column in zip(paths, values.T, strict=True):
-                columns[path] = column
-                units[path] = str(variable.attrs.get("units", ""))
-                descriptions[path] = str(variable.attrs.get("long_name", ""))
+            columns.update(zip(paths, values.T, strict=True))
+            units.update(dict.fromkeys(paths, str(variable.attrs.get("units", ""))))
+            about = str(variable.attrs.get("long_name", ""))
+            descriptions.update(dict.fromkeys(paths, about))
         data = {str(key): value for key, value in stored.attrs.items()}
     times = columns.pop("time")
     return Result(times=times, variables=TableSource(columns, units, descriptions), **fields(data))
