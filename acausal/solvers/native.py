@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import functools
 from enum import IntEnum, auto
+from hashlib import blake2b
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -311,6 +313,8 @@ declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)
     return finite + check + residual + sparse(32) + sparse(64) + dense + loop
 
 
+_CACHE_KIND: Final = "solver"
+
 NAMES = (
     "ida_residual",
     "ida_jacobian_sparse32",
@@ -322,18 +326,15 @@ NAMES = (
 
 @functools.cache
 def addresses() -> dict[str, int]:
-    """Compile the functions once per process and return their addresses by name."""
-    import llvmlite.binding as llvm
+    """Compile the functions (or take them from the disk cache); return addresses by name."""
+    from acausal.codegen import engine
+    from acausal.storage import cache_directory
 
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    machine = llvm.Target.from_default_triple().create_target_machine(opt=1)
-    module = llvm.parse_assembly(_ir())
-    module.verify()
-    engine = llvm.create_mcjit_compiler(module, machine)
-    engine.finalize_object()
-    _keep_alive.append(engine)
-    return {name: int(engine.get_function_address(name)) for name in NAMES}
-
-
-_keep_alive: list[object] = []
+    text = _ir()
+    key = blake2b(f"{engine.target_identity()}\n{text}".encode(), digest_size=16).hexdigest()
+    code = cache_directory.read(_CACHE_KIND, key)
+    if code is None:
+        code = engine.compile_object(text)
+        cache_directory.write(_CACHE_KIND, key, code)
+    engine.load_objects([code])
+    return {name: engine.address_of(name) for name in NAMES}
