@@ -13,7 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.elimination.signed_components import Signs, redundant_edges, signed_components
+from acausal.elimination.signed_components import (
+    Nodes,
+    Signs,
+    redundant_edges,
+    signed_components,
+)
 from acausal.flattening.model import Ids
 
 Mask = NDArray[np.bool_]
@@ -23,9 +28,9 @@ Mask = NDArray[np.bool_]
 class AliasRows:
     """Rows ``a = sign * b``; ``a = 0`` is written ``a = -a``. Arrays of shape ``(m,)``."""
 
-    rows: Ids
-    a: Ids
-    b: Ids
+    rows: Nodes
+    a: Nodes
+    b: Nodes
     sign: Signs
 
     def without(self, left_out: Mask) -> AliasRows:
@@ -54,62 +59,66 @@ class AliasClasses:
 
 
 @dataclass(frozen=True)
-class _Closure:
-    """Classes of the nodes that take part (``local`` numbers)."""
+class _Graph:
+    """The variables that take part, numbered locally, with their classes.
 
-    component: Ids
+    Attributes:
+        mothers: Nodes whose derivative takes part too.
+        daughters: Those derivatives.
+        root: Class of each node: its least node.
+        sign: Sign of each node in its class, 0 in a class of zeros.
+    """
+
+    mothers: Nodes
+    daughters: Nodes
+    root: Nodes
     sign: Signs
-    count: int
-    a: Ids
-    b: Ids
-    edge_sign: Signs
+
+    def alive(self) -> tuple[Nodes, Nodes]:
+        """Return mothers and daughters of the classes that are not zero."""
+        alive = self.sign[self.mothers] != 0
+        return self.mothers[alive], self.daughters[alive]
 
 
-def alias_classes(aliases: AliasRows, derivative: Ids, priority: Ids) -> AliasClasses:
+def alias_classes(aliases: AliasRows, derivative: Ids, priority: Signs) -> AliasClasses:
     """Return the classes that alias rows and congruence make.
 
     Args:
         aliases: The alias rows.
         derivative: Id of the derivative of each variable, or -1, shape ``(n,)``.
-        priority: Small integers, the lowest becomes representative; ties go by id.
+        priority: Of equal variables that with the largest number (0 to 15) becomes the
+            representative, of several the one with the lowest id, shape ``(n,)``.
     """
     n = derivative.shape[0]
     nodes = _participants(aliases, derivative)
-    local = np.full(n, -1, dtype=np.int64)
-    local[nodes] = np.arange(nodes.shape[0])
-    child = np.full(nodes.shape[0], -1, dtype=np.int64)
-    has_child = derivative[nodes] >= 0
-    child[has_child] = local[derivative[nodes[has_child]]]
+    k = nodes.shape[0]
+    local = np.zeros(n, dtype=np.int32)
+    local[nodes] = np.arange(k, dtype=np.int32)
+    mothers = np.flatnonzero(derivative[nodes] >= 0).astype(np.int32)
+    daughters = local[derivative[nodes[mothers]]]
+    priority = priority[nodes]
+    priority[mothers] += 16
+    a, b = local[aliases.a], local[aliases.b]
+    del local
     while True:
-        a, b = local[aliases.a], local[aliases.b]
-        closure = _closure(nodes.shape[0], a, b, aliases.sign, child)
-        cut = _contradicting(closure, child)
-        chosen: Ids | None = None
+        graph, redundant = _closure(k, a, b, aliases.sign, mothers, daughters)
+        cut = _contradicting(graph)
         if not cut.any():
-            chosen, orientation, cut = _representatives(closure, child, priority[nodes])
+            chosen, orientation, cut = _representatives(graph, priority)
+            if not cut.any():
+                break
         left_out = cut[a] | cut[b]
-        if not cut.any():
-            break
         if not left_out.any():
             raise AssertionError("alias classes: a contradiction without an alias row")
-        aliases = aliases.without(left_out)
-    assert chosen is not None
-    component, sign = closure.component, closure.sign
+        aliases, a, b = aliases.without(left_out), a[~left_out], b[~left_out]
     representative = np.arange(n)
-    representative[nodes] = nodes[chosen[component]]
+    representative[nodes] = nodes[chosen[graph.root]]
     signs = np.ones(n, dtype=np.int8)
-    signs[nodes] = sign * orientation[component]
+    signs[nodes] = graph.sign * orientation[graph.root]
     result = derivative.copy()
-    result[nodes] = -1
-    mothers = np.flatnonzero((child >= 0) & (sign != 0))
-    daughters = child[mothers]
-    alive = sign[daughters] != 0
-    result[nodes[chosen[component[mothers[alive]]]]] = nodes[chosen[component[daughters[alive]]]]
-    # The edges of congruence come first: what they imply makes an alias row redundant.
-    implied = closure.a.shape[0] - aliases.rows.shape[0]
-    redundant = redundant_edges(
-        component, sign, closure.count, closure.a, closure.b, closure.edge_sign
-    )[implied:]
+    result[nodes[mothers]] = -1
+    of, to = graph.alive()
+    result[representative[nodes[of]]] = representative[nodes[to]]
     return AliasClasses(representative, signs, result, aliases, redundant)
 
 
@@ -128,133 +137,124 @@ def _participants(aliases: AliasRows, derivative: Ids) -> Ids:
         mask[derivative[new]] = True
 
 
-def _closure(n: int, a: Ids, b: Ids, sign: Signs, child: Ids) -> _Closure:
-    """Return the components of the alias graph closed under congruence."""
-    component, signs, count = signed_components(n, a, b, sign)
-    mothers = np.flatnonzero(child >= 0)
-    extra_a = extra_b = np.zeros(0, dtype=np.int64)
-    extra_sign = np.zeros(0, dtype=np.int8)
+def _closure(
+    k: int, a: Nodes, b: Nodes, sign: Signs, mothers: Nodes, daughters: Nodes
+) -> tuple[_Graph, Mask]:
+    """Return the classes of the alias rows closed under congruence, and redundant rows."""
+    root, signs = signed_components(k, a, b, sign)
+    own = a.shape[0]
     while True:
-        order = mothers[np.argsort(component[mothers], kind="stable")]
-        same = component[order[1:]] == component[order[:-1]]
-        x, y = order[:-1][same], order[1:][same]
-        s = signs[x] * signs[y]
-        zero = order[signs[order] == 0]
-        # Of an unbalanced class every derivative is zero on its own.
-        new_a = np.concatenate([child[x[s != 0]], child[zero]])
-        new_b = np.concatenate([child[y[s != 0]], child[zero]])
-        new_sign = np.concatenate([s[s != 0], np.full(zero.shape[0], -1, dtype=np.int8)])
-        known = (component[new_a] == component[new_b]) & (
-            (signs[new_a] * signs[new_b] == new_sign) | (signs[new_a] == 0)
+        order = np.argsort(root[mothers], kind="stable")
+        x, y = mothers[order[:-1]], mothers[order[1:]]
+        same = root[x] == root[y]
+        zero = daughters[signs[mothers] == 0]
+        new_a = np.concatenate([daughters[order[:-1]][same], zero])
+        new_b = np.concatenate([daughters[order[1:]][same], zero])
+        # In a class of zeros every derivative is zero on its own.
+        new_sign = np.concatenate([(signs[x] * signs[y])[same], np.full_like(zero, -1)])
+        new_sign = new_sign.astype(np.int8)
+        known = (new_sign == 0) | (
+            (root[new_a] == root[new_b])
+            & ((signs[new_a] * signs[new_b] == new_sign) | (signs[new_a] == 0))
         )
-        new_a, new_b, new_sign = new_a[~known], new_b[~known], new_sign[~known]
-        if new_a.shape[0] == 0:
+        if known.all():
             break
-        extra_a = np.concatenate([extra_a, new_a])
-        extra_b = np.concatenate([extra_b, new_b])
-        extra_sign = np.concatenate([extra_sign, new_sign])
-        component, signs, count = signed_components(
-            n,
-            np.concatenate([extra_a, a]),
-            np.concatenate([extra_b, b]),
-            np.concatenate([extra_sign, sign]),
-        )
-    return _Closure(
-        component,
-        signs,
-        count,
-        np.concatenate([extra_a, a]),
-        np.concatenate([extra_b, b]),
-        np.concatenate([extra_sign, sign]),
-    )
+        new_a, new_b, new_sign = new_a[~known], new_b[~known], new_sign[~known]
+        # The edges of congruence come first: what they imply makes an alias row redundant.
+        a, b = np.concatenate([new_a, a]), np.concatenate([new_b, b])
+        sign = np.concatenate([new_sign, sign])
+        root, signs = signed_components(k, new_a, new_b, new_sign, (root, signs))
+    redundant = redundant_edges(root, signs, a, b, sign)[a.shape[0] - own :]
+    return _Graph(mothers, daughters, root, signs), redundant
 
 
-def _contradicting(closure: _Closure, child: Ids) -> Mask:
+def _contradicting(graph: _Graph) -> Mask:
     """Return the derivatives whose alias rows must stay in the model.
 
     These are: a derivative that is zero while its variable is not (the variable is constant,
     which is an equation), one shared by variables that are not equal, and those on a cycle of
     classes (``der(x) = x``).
     """
-    component, sign = closure.component, closure.sign
-    cut = np.zeros(component.shape[0], dtype=np.bool_)
-    mothers = np.flatnonzero((child >= 0) & (sign != 0))
-    daughters = child[mothers]
-    cut[daughters[sign[daughters] == 0]] = True
-    if cut.any():
+    root, k = graph.root, graph.root.shape[0]
+    cut = np.zeros(k, dtype=np.bool_)
+    mothers, daughters = graph.alive()
+    cut[daughters[graph.sign[daughters] == 0]] = True
+    if mothers.shape[0] == 0 or cut.any():
         return cut
-    of, to = component[mothers], component[daughters]
-    mother_class = np.full(closure.count, closure.count, dtype=np.int64)
+    of, to = root[mothers], root[daughters]
+    mother_class = np.full(k, k, dtype=np.int32)
     np.minimum.at(mother_class, to, of)
     cut[daughters[of != mother_class[to]]] = True
     if cut.any():
         return cut
     # Now every class has at most one derivative class and is that of at most one: paths and
-    # cycles. Doubling the step, a path ends; what does not is a cycle.
-    step = np.full(closure.count + 1, closure.count, dtype=np.int64)
+    # cycles. Doubling the step, a path ends; what does not is a cycle, and is cut open where
+    # its first variable is.
+    step = np.full(k + 1, k, dtype=np.int32)
     step[of] = to
-    for _ in range(int(closure.count).bit_length() + 1):
-        step = step[step]
-        if (step == closure.count).all():
-            break
-    endless = step[:-1] != closure.count
-    cut[daughters[endless[to]]] = True
+    first = np.arange(k + 1, dtype=np.int32)
+    for _ in range(k.bit_length() + 1):
+        if (step[to] == k).all():
+            return cut
+        first[of] = np.minimum(first[of], first[step[of]])
+        step[of] = step[step[of]]
+    cut[daughters[(step[to] != k) & (first[to] == to)]] = True
     return cut
 
 
-def _representatives(
-    closure: _Closure, child: Ids, priority: Ids
-) -> tuple[Ids, Signs, Mask]:
+def _representatives(graph: _Graph, priority: Signs) -> tuple[Nodes, Signs, Mask]:
     """Choose a representative for every class, variables before their derivatives.
 
     The derivative of a representative must be plus, not minus, the representative of its class.
 
     Returns:
-        ``(node, orientation, cut)``: the representative of each class, its sign in the class,
-        and derivatives whose alias rows must stay because no sign fits.
+        ``(node, orientation, cut)``: the representative of each class (at its root), its sign
+        in the class, and derivatives whose alias rows must stay because no sign fits.
     """
-    component, sign, count = closure.component, closure.sign, closure.count
-    n = component.shape[0]
-    key = (priority + 8 * (child < 0)) * np.int64(n) + np.arange(n)
-    mother = np.full(count, -1, dtype=np.int64)
-    relative = np.ones(count, dtype=np.int8)
-    mothers = np.flatnonzero((child >= 0) & (sign != 0))
-    daughters = child[mothers]
-    mother[component[daughters]] = component[mothers]
-    relative[component[daughters]] = sign[mothers] * sign[daughters]
+    root, sign = graph.root, graph.sign
+    k = root.shape[0]
+    mothers, daughters = graph.alive()
+    mother = np.full(k, -1, dtype=np.int32)
+    mother[root[daughters]] = root[mothers]
+    relative = np.ones(k, dtype=np.int8)
+    relative[root[daughters]] = sign[mothers] * sign[daughters]
 
-    nothing = np.iinfo(np.int64).max
-    best = np.full(count, nothing, dtype=np.int64)
-    first_level = mother[component] < 0
-    np.minimum.at(best, component[first_level], key[first_level])
-    chosen = np.zeros(count, dtype=np.int64)
-    level = np.flatnonzero(best < nothing)
-    chosen[level] = best[level] % n
-    orientation = np.zeros(count, dtype=np.int8)
-    orientation[level] = sign[chosen[level]]
-    cut = np.zeros(n, dtype=np.bool_)
+    chosen = np.arange(k, dtype=np.int32)
+    orientation = np.ones(k, dtype=np.int8)
+    best = np.full(k, -1, dtype=np.int64)
 
-    daughter = np.full(count, -1, dtype=np.int64)
-    has_mother = np.flatnonzero(mother >= 0)
-    daughter[mother[has_mother]] = has_mother
-    members = np.flatnonzero(~first_level)
+    def choose(candidates: Ids) -> None:
+        key = (priority[candidates] + np.int64(1)) * k - 1 - candidates
+        np.maximum.at(best, root[candidates], key)
+        classes = root[candidates]
+        chosen[classes] = k - 1 - best[classes] % k
+
+    top = mother[root] < 0
+    choose(np.flatnonzero(top & (priority > 0)))
+    # A root without rival stands for itself; its priority is that of everybody in its class.
+    level = np.unique(root[mothers[mother[root[mothers]] < 0]])
+    heads = np.flatnonzero(best >= 0)
+    orientation[heads] = sign[chosen[heads]]
+    cut = np.zeros(k, dtype=np.bool_)
+
+    daughter = np.full(k, -1, dtype=np.int32)
+    daughter[root[mothers]] = root[daughters]
+    below = np.flatnonzero(~top)
     while True:
         level = daughter[level]
         level = level[level >= 0]
         if level.shape[0] == 0:
             return chosen, orientation, cut
         orientation[level] = orientation[mother[level]] * relative[level]
-        fits = members[sign[members] == orientation[component[members]]]
-        best[level] = nothing
-        in_level = fits[orientation[component[fits]] != 0]
-        np.minimum.at(best, component[in_level], key[in_level])
-        bad = level[best[level] == nothing]
+        current = np.zeros(k, dtype=np.bool_)
+        current[level] = True
+        members = below[current[root[below]]]
+        choose(members[sign[members] == orientation[root[members]]])
+        bad = level[best[level] < 0]
         if bad.shape[0]:
             # The class above holds both a derivative and, with the other sign, a variable
             # that is itself differentiated: v = -der(x) with der(v) in use.
-            above = np.zeros(count, dtype=np.bool_)
+            above = np.zeros(k, dtype=np.bool_)
             above[mother[bad]] = True
-            cut[daughters[above[component[daughters]]]] = True
+            cut[daughters[above[root[daughters]]]] = True
             return chosen, orientation, cut
-        chosen[level] = best[level] % n
-

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from acausal.elimination.alias_classes import AliasRows
 from acausal.elimination.families import keep_rows, merge_families, take_members
 from acausal.elimination.linear_form import LinearForm, linear_form
+from acausal.elimination.signed_components import Nodes
 from acausal.expressions.build import mul
 from acausal.expressions.nodes import ZERO, const, slot
 from acausal.flattening.model import EquationFamily, Ids, Operand
@@ -71,16 +72,16 @@ def alias_rows(families: Sequence[EquationFamily], counts: Ids) -> AliasRows:
             found(family.rows[single], a[single], family.operands[slots[1]][single], same)
     if bare:
         found(*_pairs(bare))
-    if not rows:
-        nothing = np.zeros(0, dtype=np.int64)
-        return AliasRows(nothing, nothing, nothing, nothing.astype(np.int8))
-    row = np.concatenate(rows)
-    order = np.argsort(row, kind="stable")
+    nothing = np.zeros(0, dtype=np.int64)
+
+    def joined(parts: list[Ids]) -> Nodes:
+        return np.concatenate([*parts, nothing], dtype=np.int32, casting="same_kind")
+
     return AliasRows(
-        row[order],
-        np.concatenate(first)[order],
-        np.concatenate(second)[order],
-        np.concatenate(signs)[order],
+        joined(rows),
+        joined(first),
+        joined(second),
+        np.concatenate([*signs, nothing], dtype=np.int8, casting="same_kind"),
     )
 
 
@@ -115,7 +116,10 @@ def combined_contributions(
     if not bare:
         return tuple(families)
     key = np.concatenate(
-        [families[i].rows[m] * np.int64(n_variables) + families[i].operands[0, m] for i, m, _ in bare]
+        [
+            families[i].rows[m] * np.int64(n_variables) + families[i].operands[0, m]
+            for i, m, _ in bare
+        ]
     )
     ordered = np.sort(key)
     repeated = np.unique(ordered[1:][ordered[1:] == ordered[:-1]])

@@ -44,68 +44,64 @@ def merged_attributes(
     if wrong.shape[0]:
         _fail_zero(int(wrong[0]), variables, names)
     members = members[sign[members] != 0]
-    heads = representative[members]
-    signs = sign[members].astype(np.float64)
-    fixed, given = variables.fixed.copy(), variables.start_given.copy()
-    start, nominal = variables.start.copy(), variables.nominal.copy()
-    _start(variables, members, heads, signs, start, given, fixed, names)
+    changes: dict[str, NDArray[np.generic]] = {}
+    told = members[variables.start_given[members] | variables.fixed[members]]
+    if told.shape[0]:
+        changes |= _start(variables, told, representative[told], sign[told], names)
 
-    other = (nominal[heads] == 1.0) & (variables.nominal[members] != 1.0)
-    which, first = np.unique(heads[other], return_index=True)
-    nominal[which] = variables.nominal[members[other][first]]
+    told = members[variables.nominal[members] != 1.0]
+    told = told[variables.nominal[representative[told]] == 1.0]
+    if told.shape[0]:
+        nominal = variables.nominal.copy()
+        which, first = np.unique(representative[told], return_index=True)
+        nominal[which] = variables.nominal[told[first]]
+        changes["nominal"] = nominal
 
-    minimum, maximum = variables.minimum.copy(), variables.maximum.copy()
-    low, high = variables.minimum[members], variables.maximum[members]
-    np.maximum.at(minimum, heads, np.where(signs > 0, low, -high))
-    np.minimum.at(maximum, heads, np.where(signs > 0, high, -low))
+    told = members[
+        np.isfinite(variables.minimum[members]) | np.isfinite(variables.maximum[members])
+    ]
+    if told.shape[0]:
+        minimum, maximum = variables.minimum.copy(), variables.maximum.copy()
+        low, high = variables.minimum[told], variables.maximum[told]
+        heads, positive = representative[told], sign[told] > 0
+        np.maximum.at(minimum, heads, np.where(positive, low, -high))
+        np.minimum.at(maximum, heads, np.where(positive, high, -low))
+        changes |= {"minimum": minimum, "maximum": maximum}
 
-    wish = variables.state_select.copy()
-    weakest = variables.state_select.copy()
-    np.maximum.at(wish, heads, variables.state_select[members])
-    np.minimum.at(weakest, heads, variables.state_select[members])
-    select = np.where(wish > StateSelect.DEFAULT, wish, weakest).astype(np.int8)
-    return replace(
-        variables,
-        start=start,
-        start_given=given,
-        fixed=fixed,
-        nominal=nominal,
-        minimum=minimum,
-        maximum=maximum,
-        state_select=select,
-    )
+    told = members[
+        variables.state_select[members] != variables.state_select[representative[members]]
+    ]
+    if told.shape[0]:
+        strongest, weakest = variables.state_select.copy(), variables.state_select.copy()
+        np.maximum.at(strongest, representative[told], variables.state_select[told])
+        np.minimum.at(weakest, representative[told], variables.state_select[told])
+        select = np.where(strongest > StateSelect.DEFAULT, strongest, weakest)
+        changes["state_select"] = select.astype(np.int8)
+    return replace(variables, **changes)  # type: ignore[arg-type]
 
 
 def _start(
-    variables: Variables,
-    members: Ids,
-    heads: Ids,
-    signs: NDArray[np.float64],
-    start: NDArray[np.float64],
-    given: NDArray[np.bool_],
-    fixed: NDArray[np.bool_],
-    names: Names,
-) -> None:
-    """Merge start values into ``start``, ``given`` and ``fixed``."""
-    values = signs * variables.start[members]
+    variables: Variables, members: Ids, heads: Ids, sign: Signs, names: Names
+) -> dict[str, NDArray[np.generic]]:
+    """Return merged start values, and whether they are given and fixed."""
+    start, given = variables.start.copy(), variables.start_given.copy()
+    fixed = variables.fixed.copy()
+    values = sign * variables.start[members]
     for strength in (variables.start_given, variables.fixed):
-        strong = strength[members]
-        taken = strong & ~strength[heads]
+        taken = strength[members] & ~strength[heads]
         which, first = np.unique(heads[taken], return_index=True)
         start[which] = values[taken][first]
     np.logical_or.at(given, heads, variables.start_given[members])
     np.logical_or.at(fixed, heads, variables.fixed[members])
-    pinned = variables.fixed[members]
     difference = np.abs(values - start[heads])
     limit = SAME_START * np.maximum(np.abs(values), np.abs(start[heads]))
-    clash = np.flatnonzero(pinned & (difference > limit))
+    clash = np.flatnonzero(variables.fixed[members] & (difference > limit))
     if clash.shape[0]:
-        index = int(clash[0])
-        member, head = int(members[index]), int(heads[index])
+        member, head = int(members[clash[0]]), int(heads[clash[0]])
         if not variables.fixed[head]:
-            rivals = members[(heads == head) & variables.fixed[members]]
-            head = int(rivals[0])
+            head = int(members[(heads == head) & variables.fixed[members]][0])
         _fail_conflict(head, member, variables, names)
+    return {"start": start, "start_given": given, "fixed": fixed}
 
 
 def _labels(pairs: list[tuple[int, str]], names: Names) -> list[Label]:

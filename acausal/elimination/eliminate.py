@@ -119,16 +119,39 @@ def eliminate(model: FlatModel, *, explicit_locals: bool = True) -> Elimination:
     Raises:
         AcausalError: I001, I002 if fixed start values of equal variables contradict.
     """
-    system = _start(model)
-    rounds = 0
-    progress = True
-    while progress and rounds < MAX_ROUNDS:
-        rounds += 1
-        progress, system = _without_aliases(system, model)
-        if explicit_locals:
-            changed, system = _without_locals(system, model.n_rows)
-            progress = progress or changed
-    return _finish(model, system, rounds)
+    kept = np.zeros(model.variables.count, dtype=np.bool_)
+    while True:
+        system = _start(model)
+        rounds = 0
+        progress = True
+        while progress and rounds < MAX_ROUNDS:
+            rounds += 1
+            progress, system = _without_aliases(system, model)
+            if explicit_locals:
+                changed, system = _without_locals(system, kept, model.n_rows)
+                progress = progress or changed
+        needed = _definitions_of_lost_derivatives(system)
+        if needed.shape[0] == 0:
+            return _finish(model, system, rounds)
+        kept[needed] = True
+
+
+def _definitions_of_lost_derivatives(system: _System) -> Ids:
+    """Return variables whose definitions refer to a derivative that is left in no row.
+
+    Nothing would make index reduction find such a derivative, so the row has to stay.
+    """
+    n = system.representative.shape[0]
+    lost = np.zeros(n, dtype=np.bool_)
+    lost[system.derivative[system.derivative >= 0]] = True
+    lost &= use_counts(system.families, n) == 0
+    found = np.zeros(n, dtype=np.bool_)
+    if lost.any():
+        for group in system.definitions:
+            for family in group:
+                for j in variable_slots(family):
+                    found[family.rows[lost[family.operands[j]]]] = True
+    return np.flatnonzero(found)
 
 
 def _start(model: FlatModel) -> _System:
@@ -166,10 +189,10 @@ def _without_aliases(system: _System, model: FlatModel) -> tuple[bool, _System]:
             return changed, system
         select = system.variables.state_select
         priority = (
-            4 * (select <= StateSelect.DEFAULT)
-            + 2 * ~system.variables.fixed
-            + 1 * ~system.variables.start_given
-        ).astype(np.int64)
+            4 * (select > StateSelect.DEFAULT).astype(np.int8)
+            + 2 * system.variables.fixed.astype(np.int8)
+            + system.variables.start_given.astype(np.int8)
+        ).astype(np.int8)
         classes = alias_classes(aliases, system.derivative, priority)
         if classes.used.rows.shape[0] == 0:
             return changed, system
@@ -194,8 +217,7 @@ def _merged(system: _System, classes: AliasClasses, model: FlatModel) -> _System
             rewritten(group, classes.representative, classes.sign) for group in system.others
         ),
         definitions=tuple(
-            rewritten(group, classes.representative, classes.sign)
-            for group in system.definitions
+            rewritten(group, classes.representative, classes.sign) for group in system.definitions
         ),
         variables=merged_attributes(
             system.variables, classes.representative, classes.sign, model.names
@@ -204,11 +226,11 @@ def _merged(system: _System, classes: AliasClasses, model: FlatModel) -> _System
         representative=classes.representative[system.representative],
         sign=sign,
         removed=removed,
-        redundant=(*system.redundant, rows[classes.redundant]),
+        redundant=(*system.redundant, rows[classes.redundant].astype(np.int64)),
     )
 
 
-def _without_locals(system: _System, n_rows: int) -> tuple[bool, _System]:
+def _without_locals(system: _System, kept: NDArray[np.bool_], n_rows: int) -> tuple[bool, _System]:
     """Take out pure outputs, then one batch of explicit locals."""
     n = system.representative.shape[0]
     variables = system.variables
@@ -217,8 +239,11 @@ def _without_locals(system: _System, n_rows: int) -> tuple[bool, _System]:
         | (variables.state_select > StateSelect.DEFAULT)
         | (system.derivative >= 0)
         | system.defined
+        | kept
     )
-    blocked[system.derivative[system.derivative >= 0]] = True
+    derivatives = np.zeros(n, dtype=np.bool_)
+    derivatives[system.derivative[system.derivative >= 0]] = True
+    blocked |= derivatives
     elsewhere = np.zeros(n, dtype=np.bool_)
     for group in system.others:
         for family in group:
@@ -229,7 +254,9 @@ def _without_locals(system: _System, n_rows: int) -> tuple[bool, _System]:
         uses = use_counts(system.families, n)
         if sweeps == MAX_SWEEPS:
             break
-        sweep = sweep_outputs(system.families, counts, uses, blocked | elsewhere, elsewhere)
+        sweep = sweep_outputs(
+            system.families, counts, uses, blocked | elsewhere, elsewhere, derivatives
+        )
         if sweep is None:
             break
         changed = True

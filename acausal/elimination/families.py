@@ -185,10 +185,8 @@ def partition(keys: Sequence[NDArray[np.integer]], bases: Sequence[int]) -> list
             size = present.shape[0]
         code = code * base + key
         size *= base
-    if size <= 1 << 20:
-        present = np.flatnonzero(np.bincount(code, minlength=1))
-    else:
-        present = np.unique(code)
+    small = size <= 1 << 20
+    present = np.flatnonzero(np.bincount(code, minlength=1)) if small else np.unique(code)
     if present.shape[0] <= 8:
         return [np.flatnonzero(code == value) for value in present.tolist()]
     order = np.argsort(code, kind="stable")

@@ -240,4 +240,3 @@ def _composed(
         template, tuple(kinds), np.concatenate(operands, axis=0), family.rows, family.origins
     )
     return split_duplicates(renumbered(everything, template))
-

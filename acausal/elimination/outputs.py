@@ -55,6 +55,7 @@ def sweep_outputs(
     uses: Ids,
     blocked: Mask,
     no_sums: Mask,
+    derivatives: Mask,
 ) -> Sweep | None:
     """Take out the rows that define variables used nowhere else; None if there are none.
 
@@ -64,28 +65,19 @@ def sweep_outputs(
         uses: Number of member slots that refer to each variable.
         blocked: Variables that must stay.
         no_sums: Variables that must have a definition of one term.
+        derivatives: Which variables are derivatives of others. A row stays if it is needed
+            for one of them: a derivative in no row would be nothing that has to be found.
     """
     defines = np.full(counts.shape[0], -1, dtype=np.int64)
     scale = np.ones(counts.shape[0])
     output = (uses == 1) & ~blocked
-    definitions: list[EquationFamily] = []
     for family in families:
         for j in variable_slots(family):
-            hit = output[family.operands[j]]
-            if not hit.any():
+            hit = output[family.operands[j]] & (defines[family.rows] < 0)
+            if not hit.any() or solution(family.template, j) is None:
                 continue
-            value = solution(family.template, j)
-            if value is None:
-                continue
-            single = np.flatnonzero(
-                hit & (counts[family.rows] == 1) & (defines[family.rows] < 0)
-            )
-            if single.shape[0]:
-                part = take_members(family, single)
-                x = part.operands[j]
-                defines[part.rows] = x
-                named = EquationFamily(part.template, part.kinds, part.operands, x, part.origins)
-                definitions.append(renumbered(named, value))
+            single = np.flatnonzero(hit & (counts[family.rows] == 1))
+            defines[family.rows[single]] = family.operands[j, single]
         coefficient = bare_coefficient(family)
         if coefficient is None:
             continue
@@ -93,27 +85,68 @@ def sweep_outputs(
         shared = output[x] & ~no_sums[x] & (counts[family.rows] > 1) & (defines[family.rows] < 0)
         members = np.flatnonzero(shared)
         _, first = np.unique(family.rows[members], return_index=True)
-        members = np.sort(members[first])
+        members = members[np.sort(first)]
         defines[family.rows[members]] = x[members]
         scale[family.rows[members]] = -1.0 / coefficient
+    _keep_derivatives(families, defines, uses, derivatives)
     rows = np.flatnonzero(defines >= 0)
     if rows.shape[0] == 0:
         return None
-    if (counts[rows] > 1).any():
-        for family in families:
+    definitions: list[EquationFamily] = []
+    for family in families:
+        definitions += _values(family, counts, defines)
+        if (counts[rows] > 1).any():
             definitions += _terms(family, counts, defines, scale)
-    removed = defines >= 0
     return Sweep(
-        without_rows(families, removed),
+        without_rows(families, defines >= 0),
         merge_families(definitions),
         np.sort(defines[rows]),
         rows,
     )
 
 
-def _terms(family: EquationFamily, counts: Ids, defines: Ids, scale: NDArray[np.float64]) -> list[
-    EquationFamily
-]:
+def _keep_derivatives(
+    families: Sequence[EquationFamily], defines: Ids, uses: Ids, derivatives: Mask
+) -> None:
+    """Take back the choice of rows without which a derivative would be in no row."""
+    if not derivatives.any():
+        return
+    gone = np.zeros(uses.shape[0], dtype=np.int64)
+    touched: list[tuple[EquationFamily, int, Ids]] = []
+    for family in families:
+        members = np.flatnonzero(defines[family.rows] >= 0)
+        if members.shape[0] == 0:
+            continue
+        for j in variable_slots(family):
+            of = members[derivatives[family.operands[j, members]]]
+            np.add.at(gone, family.operands[j, of], 1)
+            touched.append((family, j, of))
+    for family, j, of in touched:
+        x = family.operands[j, of]
+        defines[family.rows[of[gone[x] == uses[x]]]] = -1
+
+
+def _values(family: EquationFamily, counts: Ids, defines: Ids) -> list[EquationFamily]:
+    """Return the definitions that single rows of a family give."""
+    rest = np.flatnonzero((defines[family.rows] >= 0) & (counts[family.rows] == 1))
+    result: list[EquationFamily] = []
+    for j in variable_slots(family):
+        mine = family.operands[j, rest] == defines[family.rows[rest]]
+        value = solution(family.template, j) if mine.any() else None
+        if value is None:
+            continue
+        part = take_members(family, rest[mine])
+        rest = rest[~mine]
+        named = EquationFamily(
+            part.template, part.kinds, part.operands, part.operands[j], part.origins
+        )
+        result.append(renumbered(named, value))
+    return result
+
+
+def _terms(
+    family: EquationFamily, counts: Ids, defines: Ids, scale: NDArray[np.float64]
+) -> list[EquationFamily]:
     """Return the terms that a family contributes to the definitions by sums."""
     mine = (defines[family.rows] >= 0) & (counts[family.rows] > 1)
     if bare_coefficient(family) is not None:

@@ -273,12 +273,12 @@ class OnePorts:
 def ladder(sections: int, named: bool = False) -> FlatModel:
     """R and L in series, C, diode and conductor to ground in each section; a sine source."""
     b = FlatBuilder(named)
-    r, l, c, d, g = (OnePorts(b, name, sections) for name in "RLCDG")
+    r, ind, c, d, g = (OnePorts(b, name, sections) for name in "RLCDG")
     one = np.ones(sections)
     R, L, C = b.parameter("R", one), b.parameter("L", 1e-6 * one), b.parameter("C", 1e-6 * one)
     Is, G = b.parameter("Is", 1e-9 * one), b.parameter("G", 0.05 * one)
     b.equation(S[0] - S[1] * S[2], r.v, R, r.i, parameters=[1], text="v = R*i")
-    b.equation(S[0] * S[1] - S[2], L, b.der(l.i), l.v, parameters=[0], text="L*der(i) = v")
+    b.equation(S[0] * S[1] - S[2], L, b.der(ind.i), ind.v, parameters=[0], text="L*der(i) = v")
     b.equation(S[0] - S[1] * S[2], c.i, C, b.der(c.v), parameters=[1], text="i = C*der(v)")
     diode = S[0] - S[1] * (call("exp", S[2] / 0.05) - 1)
     b.equation(diode, d.i, Is, d.v, parameters=[1], text="i = Is*(exp(v/Vt) - 1)")
@@ -288,8 +288,8 @@ def ladder(sections: int, named: bool = False) -> FlatModel:
     ground_v, ground_i = b.variable("ground.p.v"), b.variable("ground.p.i")
     b.equation(S[0], ground_v, text="p.v = 0")
     # across: a chain of equalities at every junction
-    b.equation(S[0] - S[1], r.n_v, l.p_v)
-    b.equation(S[0] - S[1], l.n_v, c.p_v)
+    b.equation(S[0] - S[1], r.n_v, ind.p_v)
+    b.equation(S[0] - S[1], ind.n_v, c.p_v)
     b.equation(S[0] - S[1], c.p_v, d.p_v)
     b.equation(S[0] - S[1], d.p_v, g.p_v)
     if sections > 1:
@@ -300,8 +300,8 @@ def ladder(sections: int, named: bool = False) -> FlatModel:
     # through
     middle, out = b.new_rows(sections), b.new_rows(sections)
     b.contribution(middle, r.n_i)
-    b.contribution(middle, l.p_i)
-    for current in (l.n_i, c.p_i, d.p_i, g.p_i):
+    b.contribution(middle, ind.p_i)
+    for current in (ind.n_i, c.p_i, d.p_i, g.p_i):
         b.contribution(out, current)
     if sections > 1:
         b.contribution(out[:-1], r.p_i[1:])
