@@ -10,14 +10,15 @@ and keeps its matrix
     F_v = dF/dy' in the columns of states, dF/dy in the columns of algebraic unknowns
 
 while it converges fast. F_v is regular exactly if the index is 1. With F_x = dF/dy in the columns
-of states, the implicit function theorem gives dv/dx = -F_v^-1 F_x; the rows of the states are df/dx.
+of states, the implicit function theorem gives dv/dx = -F_v^-1 F_x; the rows of the states
+are df/dx.
 """
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,8 +93,8 @@ class ExplicitForm:
         Derivatives of algebraic unknowns are 0.
 
         Raises:
-            IntegrationError: R116 if Newton's method does not converge, R112 if the system cannot be
-                solved for v, R114 if F is not finite.
+            IntegrationError: R116 if Newton's method does not converge, R112 if the system
+                cannot be solved for v, R114 if F is not finite.
         """
         if self.states.size:
             self._y[self.states] = x
@@ -235,7 +236,7 @@ class ExplicitForm:
             self._solve = self._sparse(t, values)
 
     def _dense(self, t: float, values: Array) -> Callable[[Array], Array]:
-        from scipy.linalg import lu_factor, lu_solve  # type: ignore[import-untyped]
+        from scipy.linalg import lu_factor, lu_solve
 
         matrix = np.zeros((self.n, self.n))
         np.add.at(matrix, (self.system.problem.indices, self._columns), values)
@@ -258,8 +259,8 @@ class ExplicitForm:
         return solve
 
     def _sparse(self, t: float, values: Array) -> Callable[[Array], Array]:
-        from scipy.sparse import csc_array  # type: ignore[import-untyped]
-        from scipy.sparse.linalg import splu  # type: ignore[import-untyped]
+        from scipy.sparse import csc_array
+        from scipy.sparse.linalg import splu
 
         problem = self.system.problem
         matrix = csc_array((values, problem.indices, problem.indptr), shape=(self.n, self.n))
@@ -269,7 +270,7 @@ class ExplicitForm:
             self._singular(t, None)
         return lambda right: np.asarray(factors.solve(np.ascontiguousarray(right)))
 
-    def _singular(self, t: float, scaled: Array | None) -> None:
+    def _singular(self, t: float, scaled: Array | None) -> NoReturn:
         unknowns: tuple[int, ...] = ()
         rows: tuple[int, ...] = ()
         if scaled is not None:

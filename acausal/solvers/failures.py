@@ -65,9 +65,9 @@ class IntegrationError(AcausalError):
         super().__init__(diagnostics)
         self.failure = failure
 
-    def __reduce__(
+    def __reduce__(  # type: ignore[override]
         self,
-    ) -> tuple[type[IntegrationError], tuple[tuple[Diagnostic, ...], Failure]]:  # type: ignore[override]
+    ) -> tuple[type[IntegrationError], tuple[tuple[Diagnostic, ...], Failure]]:
         return (type(self), (self.diagnostics, self.failure))
 
 

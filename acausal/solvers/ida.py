@@ -83,7 +83,7 @@ class IDAIntegrator:
         ]
         self._matrix: int = 0
         self._linear_solver: int = 0
-        self._pattern: tuple[object, object] | None = None
+        self._pattern: tuple[NDArray[np.int64], NDArray[np.int32]] | None = None
         self._memory = c_void_p(self._c.IDACreate(self._context))
         self._open = True
         self._fill_frame()
@@ -139,9 +139,7 @@ class IDAIntegrator:
         self._check(lib.IDASetId(memory, tolerance))
         self._suppress(bool(self._options.suppress_algebraic))
         np.multiply(problem.nominal, self._options.absolute_tolerance, out=self._tolerance)
-        self._check(
-            lib.IDASVtolerances(memory, self._options.relative_tolerance, tolerance)
-        )
+        self._check(lib.IDASVtolerances(memory, self._options.relative_tolerance, tolerance))
         if not self._same_pattern(system):
             self._make_matrix(system)
 
@@ -157,9 +155,7 @@ class IDAIntegrator:
         new = system.problem
         if old_indptr is new.indptr and old_indices is new.indices:
             return True
-        return np.array_equal(old_indptr, new.indptr) and np.array_equal(  # type: ignore[call-overload]
-            old_indices, new.indices
-        )
+        return np.array_equal(old_indptr, new.indptr) and np.array_equal(old_indices, new.indices)
 
     def _make_matrix(self, system: NativeSystem) -> None:
         """Make the matrix and the linear solver for the problem's pattern."""
@@ -279,9 +275,7 @@ class IDAIntegrator:
             last = min(rows, int(words[Word.ROWS]) + pace.rows)
             with pace.measure():
                 if pace.slow:
-                    flag = interruptible(
-                        lambda last=last: self._loop(*arguments, last, *outputs), self._halt
-                    )
+                    flag = interruptible(self._loop, (*arguments, last, *outputs), self._halt)
                 else:
                     flag = self._loop(*arguments, last, *outputs)
             pace.learn(self._steps() - before)

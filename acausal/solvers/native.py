@@ -209,9 +209,7 @@ go:
             + before
             + "  %flag = call i32 %f(double %t, double %cj, ptr %y, ptr %yp, ptr %x, ptr %table)\n"
             + "  %result = call i32 @check("
-            "ptr %frame, double %t, ptr %x, i64 %nnz, i32 %flag, i1 false)\n"
-            + after
-            + "}\n"
+            "ptr %frame, double %t, ptr %x, i64 %nnz, i32 %flag, i1 false)\n" + after + "}\n"
         )
 
     def sparse(bits: int) -> str:

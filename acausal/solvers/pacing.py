@@ -49,11 +49,14 @@ class Pace:
         self.steps = max(1, min(int(wanted / max(cost, 1e-9)), 2 * steps + 10, 1_000_000))
 
 
-def interruptible(work: Callable[[], int], halt: Callable[[], None]) -> int:
+def interruptible(
+    work: Callable[..., int], arguments: tuple[object, ...], halt: Callable[[], None]
+) -> int:
     """Run native work in a thread; on Ctrl-C halt it, wait for its end, and raise.
 
     Args:
-        work: A call that releases the interpreter.
+        work: A native function that releases the interpreter.
+        arguments: Its arguments.
         halt: Makes the work return soon.
 
     Raises:
@@ -64,7 +67,7 @@ def interruptible(work: Callable[[], int], halt: Callable[[], None]) -> int:
 
     def target() -> None:
         try:
-            results.append(work())
+            results.append(work(*arguments))
         finally:
             done.set()
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from acausal.solvers.explicit_form import ExplicitForm
 from acausal.solvers.failures import Failure, IntegrationError, Reason, integration_error
 from acausal.solvers.protocol import Options, RunResult, Statistics, Status, StepResult
+from acausal.solvers.stepping import run_by_steps
 from acausal.solvers.system import NativeSystem, native_system
 
 if TYPE_CHECKING:
@@ -53,9 +54,11 @@ class RadauIntegrator:
         self._solver: Any = None
 
     def _make_solver(self, t_limit: float) -> Any:
-        from scipy.integrate import Radau  # type: ignore[import-untyped]
+        from scipy.integrate import Radau
 
         options, form = self._options, self._form
+        # SciPy takes one tolerance per state, which its type hints do not know.
+        tolerances: Any = form.absolute_tolerances(options.absolute_tolerance)
         return Radau(
             self._derivative,
             self._t_step,
@@ -63,7 +66,7 @@ class RadauIntegrator:
             t_limit,
             max_step=options.max_step,
             rtol=max(options.relative_tolerance, 1e-13),
-            atol=form.absolute_tolerances(options.absolute_tolerance),
+            atol=tolerances,
             jac=form.jacobian,
             first_step=options.initial_step,
         )
@@ -81,6 +84,11 @@ class RadauIntegrator:
         """Time of ``y`` and ``yp``, seconds."""
         return self._t
 
+    @property
+    def end_of_step(self) -> float:
+        """End of the last step, which may lie past ``t``."""
+        return self._t_step
+
     def step(self, t_limit: float) -> StepResult:
         """Take one internal step; see the protocol."""
         options = self._options
@@ -90,7 +98,7 @@ class RadauIntegrator:
             note = f"limit: {options.max_steps} steps"
             return self._failed(integration_error(failure, options.labels, (note,)))
         if self._t_step > self._t:  # an earlier run has looked ahead
-            self._set_point(min(self._t_step, t_limit))
+            self.go_to(min(self._t_step, t_limit))
             return self._result(t_limit)
         try:
             message = self._advance(t_limit)
@@ -98,7 +106,7 @@ class RadauIntegrator:
             return self._failed(error)
         if message is not None:
             return self._failed(self._explain(message))
-        self._set_point(self._t_step)
+        self.go_to(self._t_step)
         return self._result(t_limit)
 
     def _result(self, t_limit: float) -> StepResult:
@@ -133,8 +141,8 @@ class RadauIntegrator:
         failure = Failure(Reason.ERROR_TEST, self._t, float(getattr(solver, "h_abs", 0.0)))
         return integration_error(failure, self._options.labels, (message,))
 
-    def _set_point(self, t: float) -> None:
-        """Set y and y' at a time inside the last step."""
+    def go_to(self, t: float) -> None:
+        """Set ``t``, ``y`` and ``yp`` to a time inside the last step."""
         y, yp = self._point(t)
         self.y[:] = y
         self.yp[:] = yp
@@ -154,27 +162,8 @@ class RadauIntegrator:
         self, times: Array, out_y: Array, out_yp: Array, t_limit: float | None = None
     ) -> RunResult:
         """Integrate and fill rows; see the protocol."""
-        limit = max(float(times[-1]), t_limit or -np.inf) if len(times) else 0.0
         progress = self._options.progress
-        row = 0
-        try:
-            for row, time in enumerate(times):
-                t = float(time)
-                while t > self._t_step:
-                    result = self.step(limit)
-                    if result.status is Status.FAILED:
-                        return RunResult(row, Status.FAILED, result.failure)
-                    if progress is not None:
-                        progress(self._t)
-                if t != self._t:
-                    self._set_point(t)
-                out_y[row] = self.y
-                out_yp[row] = self.yp
-        except IntegrationError as error:
-            return RunResult(row, Status.FAILED, error)
-        except KeyboardInterrupt:
-            return RunResult(row, Status.INTERRUPTED)
-        return RunResult(len(times), Status.REACHED)
+        return run_by_steps(self, times, out_y, out_yp, t_limit, progress)
 
     def interpolate(self, t: float, order: int = 0) -> Array:
         """Return ``y`` or ``y'`` inside the last step; see the protocol."""

@@ -123,9 +123,7 @@ def rlc(R: float = 1.0, L: float = 0.5, C: float = 0.1, V: float = 2.0) -> Callb
     dy = [[0, 0, -1, 0], [-1, 0, 0, 0], [-R, 0, 0, 1], [0, -1, -1, -1]]
     dyp = [[L, 0, 0, 0], [0, C, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0]]
     mask = (np.array(dy) != 0) | (np.array(dyp) != 0)
-    return CallbackSystem(
-        f, lambda *_: dy, lambda *_: dyp, [True, True, False, False], mask
-    )
+    return CallbackSystem(f, lambda *_: dy, lambda *_: dyp, [True, True, False, False], mask)
 
 
 def rlc_exact(t: np.ndarray, R=1.0, L=0.5, C=0.1, V=2.0) -> np.ndarray:

@@ -1,0 +1,68 @@
+"""Output times for integrators that step in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.solvers.failures import IntegrationError
+from acausal.solvers.protocol import RunResult, Status, StepResult
+
+Array = NDArray[np.float64]
+
+
+class Stepper(Protocol):
+    """What :func:`run_by_steps` needs of an integrator."""
+
+    y: Array
+    yp: Array
+
+    @property
+    def t(self) -> float:
+        """Time of ``y`` and ``yp``."""
+
+    @property
+    def end_of_step(self) -> float:
+        """End of the last step, which may lie past ``t``."""
+
+    def step(self, t_limit: float) -> StepResult:
+        """Take one internal step."""
+
+    def go_to(self, t: float) -> None:
+        """Set ``t``, ``y`` and ``yp`` to a time inside the last step."""
+
+
+def run_by_steps(
+    integrator: Stepper,
+    times: Array,
+    out_y: Array,
+    out_yp: Array,
+    t_limit: float | None,
+    progress: Callable[[float], None] | None,
+) -> RunResult:
+    """Step and interpolate; arguments as in ``Integrator.run``."""
+    row = 0
+    try:
+        if len(times) == 0:
+            return RunResult(0, Status.REACHED)
+        limit = float(times[-1]) if t_limit is None else max(float(times[-1]), t_limit)
+        for row, time in enumerate(times):
+            t = float(time)
+            while t > integrator.end_of_step:
+                result = integrator.step(limit)
+                if result.status is Status.FAILED:
+                    return RunResult(row, Status.FAILED, result.failure)
+                if progress is not None:
+                    progress(integrator.t)
+            if t != integrator.t:
+                integrator.go_to(t)
+            out_y[row] = integrator.y
+            out_yp[row] = integrator.yp
+    except IntegrationError as error:
+        return RunResult(row, Status.FAILED, error)
+    except KeyboardInterrupt:
+        return RunResult(row, Status.INTERRUPTED)
+    return RunResult(len(times), Status.REACHED)
