@@ -73,10 +73,13 @@ def model(name: str, content: dict[str, Any]) -> str:
     """Return the text of one model."""
     description = content.get("description", "part of the example below")
     lines = [f'model {name} "{description}"']
+    # A parameter that is solved for at the start only displays a result; its equation goes with it.
+    solved = {k for k, v in content["parameters"].items() if isinstance(v, dict)}
+    starts = [e for e in content["initial_equations"] if e.split("=")[0] not in solved]
     for key, value in content["parameters"].items():
-        if isinstance(value, dict):
-            lines.append(f"  parameter Real {key}{modifiers(value)};")
-        elif value is None:
+        if key in solved:
+            continue
+        if value is None:
             lines.append(f"  parameter Real {key};")
         else:
             lines.append(f"  parameter Real {key} = {expression(value)};")
@@ -91,9 +94,9 @@ def model(name: str, content: dict[str, Any]) -> str:
             f"  {type_name(variable['type'])} {variable['name']}"
             f"{modifiers(variable.get('attributes', {}))}{binding};"
         )
-    if content["initial_equations"]:
+    if starts:
         lines.append("initial equation")
-        lines += [f"  {expression(e).replace('=', ' = ')};" for e in content["initial_equations"]]
+        lines += [f"  {expression(e).replace('=', ' = ')};" for e in starts]
     lines.append("equation")
     lines += [f"  {expression(e).replace('=', ' = ')};" for e in content["equations"]]
     lines += [f"  connect({a}, {b});" for a, b in content["connections"]]
