@@ -18,6 +18,7 @@ import io
 import itertools
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 
@@ -35,19 +36,25 @@ def write_csv(result: Result, paths: Sequence[str], file: Path) -> None:
     Raises:
         OSError: If the file cannot be written.
     """
-    source = result.variables
     with open(file, "w", encoding="utf-8", newline="") as out:
-        for key, value in metadata(result).items():
-            if value and value not in ("{}", "[]"):
-                out.write(f"# {key}: {' '.join(value.splitlines())}\n")
-        out.write(f"# units: {_row(['s', *map(source.unit, paths)])}\n")
-        descriptions = [" ".join(source.description(path).split()) for path in paths]
-        out.write(f"# descriptions: {_row(['time', *descriptions])}\n")
-        out.write(_row(["time", *paths]) + "\n")
-        table = np.column_stack([result.times, result.matrix(*paths)] if paths else [result.times])
-        for first in range(0, len(table), BLOCK):
-            rows = table[first : first + BLOCK].tolist()
-            out.write("".join([",".join(map(repr, row)) + "\n" for row in rows]))
+        write_rows(result, paths, out)
+
+
+def write_rows(result: Result, paths: Sequence[str], out: TextIO) -> None:
+    """Write the lines of a CSV file to an open stream."""
+    source = result.variables
+    paths = [path for path in paths if path != "time"]
+    for key, value in metadata(result).items():
+        if value and value not in ("{}", "[]"):
+            out.write(f"# {key}: {' '.join(value.splitlines())}\n")
+    out.write(f"# units: {_row(['s', *map(source.unit, paths)])}\n")
+    descriptions = [" ".join(source.description(path).split()) for path in paths]
+    out.write(f"# descriptions: {_row(['time', *descriptions])}\n")
+    out.write(_row(["time", *paths]) + "\n")
+    table = np.column_stack([result.times, result.matrix(*paths)] if paths else [result.times])
+    for first in range(0, len(table), BLOCK):
+        rows = table[first : first + BLOCK].tolist()
+        out.write("".join([",".join(map(repr, row)) + "\n" for row in rows]))
 
 
 def read_csv(file: Path) -> Result:

@@ -37,6 +37,23 @@ def check_suffix(path: str | os.PathLike[str], suffixes: Sequence[str] = SUFFIXE
     return suffix
 
 
+def check_target(path: str | os.PathLike[str], suffixes: Sequence[str]) -> None:
+    """Refuse a file that cannot be written, before the work for it is done.
+
+    Raises:
+        AcausalError: ``F201`` if the suffix is none of ``suffixes``, ``F202`` if its folder does
+            not exist or may not be written.
+    """
+    check_suffix(path, suffixes)
+    target = Path(path)
+    if target.is_dir():
+        _cannot_write(target, IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR)))
+    if not target.parent.is_dir():
+        _cannot_write(target, FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT)))
+    if not os.access(target.parent, os.W_OK) and not target.exists():
+        _cannot_write(target, PermissionError(errno.EACCES, os.strerror(errno.EACCES)))
+
+
 def write_result(
     result: Result, path: str | os.PathLike[str], patterns: Sequence[str] = ()
 ) -> None:
