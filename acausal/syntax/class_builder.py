@@ -323,6 +323,7 @@ class ClassBuilder(EquationBuilder):
                     "P001",
                     f"description strings are joined with '+', not with '{token}'",
                     self._at(token),
+                    help="write '+', or one single string",
                 )
         return "".join(self._text(token) for token in children[::2])
 

@@ -8,7 +8,9 @@ ended without a semicolon. This module reads the text again, up to the error and
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from acausal.diagnostics import Span
 from acausal.syntax.source_text import place
@@ -188,7 +190,7 @@ class Block:
         return f"{self.kind} {self.name}" if self.is_class else f"this '{self.kind}'"
 
 
-@dataclass(slots=True)
+@dataclass
 class Context:
     """The surroundings of an error.
 
@@ -213,6 +215,19 @@ class Context:
     blocks: list[Block] = field(default_factory=list)
     item: list[Lexeme] = field(default_factory=list)
     single: bool = False
+
+    @cached_property
+    def tokens(self) -> list[Lexeme]:
+        """All tokens of the text."""
+        return list(_lexemes(self.text))
+
+    def closes(self, name: str) -> bool:
+        """Tell whether ``end name`` follows anywhere behind the error."""
+        start = self.token.start if self.token is not None else len(self.text)
+        return any(
+            first.start >= start and first.text == "end" and second.text == name
+            for first, second in zip(self.tokens, self.tokens[1:], strict=False)
+        )
 
     @property
     def previous(self) -> Lexeme | None:
@@ -270,11 +285,7 @@ def read_context(
     """
     before: list[Lexeme] = []
     after: list[Lexeme] = []
-    for match in _TOKEN.finditer(text):
-        sort = match.lastgroup or "unknown"
-        if sort == "skip":
-            continue
-        lexeme = Lexeme(sort, match[0], match.start(), match.end())
+    for lexeme in _lexemes(text):
         if lexeme.end <= offset:
             before.append(lexeme)
         else:
@@ -284,6 +295,16 @@ def read_context(
     context = Context(text, source, accepts, before, after, single=single)
     _follow(context)
     return context
+
+
+def _lexemes(text: str) -> Iterator[Lexeme]:
+    """Yield the tokens of a text one by one; a comment that is not closed is the last."""
+    for match in _TOKEN.finditer(text):
+        sort = match.lastgroup or "unknown"
+        if sort != "skip":
+            yield Lexeme(sort, match[0], match.start(), match.end())
+            if sort == "comment":
+                return
 
 
 def _follow(context: Context) -> None:

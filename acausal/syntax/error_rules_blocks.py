@@ -5,12 +5,15 @@ Each rule looks at the surroundings of an error and raises its diagnostic if it 
 
 from __future__ import annotations
 
+from typing import NoReturn
+
 from acausal.diagnostics import Label, fail
 from acausal.syntax.error_context import (
     CLASS_KINDS,
     OPERATORS,
     PREFIX_WORDS,
     SECTION_WORDS,
+    Block,
     Context,
     Lexeme,
 )
@@ -98,13 +101,7 @@ def block_ends(c: Context) -> None:
         for lexeme in c.before:
             if lexeme.text in ("End", "END"):
                 report_case(c, lexeme)
-        fail(
-            "P003",
-            f"the text ends, but {block.title} is still open",
-            c.behind(previous),
-            labels=[Label(c.span(block.opening), f"{block.title} begins here")],
-            help=f"add '{block.closing};'",
-        )
+        report_open_block(c, block, previous)
     starts_section = token is not None and token.text in SECTION_WORDS
     if token is not None and starts_section and not block.is_class and not c.item:
         fail(
@@ -114,6 +111,30 @@ def block_ends(c: Context) -> None:
             labels=[Label(c.span(block.opening), f"{block.title} begins here")],
             help=f"add '{block.closing};'",
         )
+
+
+def report_open_block(c: Context, block: Block, last: Lexeme) -> NoReturn:
+    """Raise P003 for a block that is open at the end of the text.
+
+    A class that begins further left than the body of the open one, or as far left as it, shows
+    where the missing end belongs.
+    """
+    labels = [Label(c.span(block.opening), f"{block.title} begins here")]
+    margin = c.span(block.opening).column
+    for kind, name in zip(c.tokens, c.tokens[1:], strict=False):
+        if kind.start > block.opening.start and kind.text in CLASS_KINDS and name.is_name:
+            place = c.span(kind)
+            if place.column <= margin:
+                labels.append(Label(place, f"{kind.text} {name.text} begins before it is closed"))
+                break
+    fail(
+        "P003",
+        f"the text ends, but {block.title} is still open",
+        c.behind(last),
+        labels=labels,
+        help=f"add '{block.closing};'"
+        + (f" before line {labels[1].span.line}" if len(labels) > 1 else ""),
+    )
 
 
 def sections(c: Context) -> None:
@@ -160,6 +181,8 @@ def sections(c: Context) -> None:
         simple = bool(c.item) and all(t.is_name or t.text == "." for t in c.item)
         if declared and (c.following in ("=", ":=", ".", "(", "[") or c.following in OPERATORS):
             return
+        if declared and token.text in CLASS_KINDS and not c.closes(block.name):
+            report_open_block(c, block, c.tokens[-1])
         if declared or imported or (simple and token.is_name and not c.on_new_line):
             fail(
                 "P021",

@@ -145,7 +145,8 @@ def assignment_sign(c: Context) -> None:
     token = c.token
     if token is None:
         return
-    if token.text == ":=" and "EQ" in c.accepts and c.enclosing_class:
+    block = c.enclosing_class
+    if token.text == ":=" and block is not None and block.section == "equation":
         fail(
             "P006",
             "':=' assigns in an algorithm; an equation is written with '='",
@@ -159,7 +160,8 @@ def assignment_sign(c: Context) -> None:
             c.span(token),
             help="write ':=', or move the line into a section 'equation'",
         )
-    if token.text == "==" and "EQ" in c.accepts:
+    named = c.previous is not None and (c.previous.is_name or c.previous.text in (")", "]"))
+    if token.text == "==" and named:
         fail(
             "P014",
             "'==' compares two values; a value is given with '='",

@@ -75,7 +75,12 @@ class ExpressionBuilder(PlaceTracking):
                 )
         value = float(text)
         if value == float("inf"):
-            fail("P022", f"the number {_short(text)} is too large for a double", span)
+            fail(
+                "P022",
+                f"the number {_short(text)} is too large for a double",
+                span,
+                help="numbers end at 1.8e308; look for a digit too many in the exponent",
+            )
         return tree.NumberLiteral(span, value, text.isdigit(), unit)
 
     def string(self, children: list[Any]) -> tree.StringLiteral:

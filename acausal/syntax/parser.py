@@ -36,7 +36,7 @@ def parse_text(text: str, source: str) -> tree.File:
     assert isinstance(result, tree.File)
     if not result.classes:
         fail(
-            "P017",
+            "F106",
             f"{source} {'holds no class' if checked.strip() else 'is empty'}",
             Span(source, 1, 1, 1, 1),
             help="a model begins with 'model Name' and ends with 'end Name;'",
@@ -48,7 +48,8 @@ def parse_file(path: Path | str) -> tree.File:
     """Parse a file.
 
     Raises:
-        AcausalError: The file cannot be read (P030 and following), or the first syntax error.
+        AcausalError: The file cannot be read (F101 to F104, P030, P035), or the first syntax
+            error in it.
     """
     from acausal.syntax.source_text import read_source
 

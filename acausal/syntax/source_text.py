@@ -7,7 +7,7 @@ from pathlib import Path
 
 from acausal.diagnostics import Span, fail
 
-MAXIMAL_BYTES = 8_000_000
+MAXIMAL_BYTES = 5_000_000
 """Larger files are refused; they are data, not component text."""
 
 MAXIMAL_BRACKETS = 150
@@ -33,27 +33,27 @@ def read_bytes(path: Path) -> bytes:
     """Return the content of a source file.
 
     Raises:
-        AcausalError: P031 not found, P032 a directory, P033 not readable, P034 too large.
+        AcausalError: F101 not found, F102 a directory, F103 not readable, F104 too large.
     """
     try:
         with path.open("rb") as stream:
             data = stream.read(MAXIMAL_BYTES + 1)
     except FileNotFoundError:
-        fail("P031", f"there is no file {path}", help=_similar_file(path))
+        fail("F101", f"there is no file {path}", help=_similar_file(path))
     except IsADirectoryError:
         fail(
-            "P032",
+            "F102",
             f"{path} is a directory, not a file",
             help="name a file in it; a directory of .acm files is a package and is imported",
         )
     except PermissionError:
-        fail("P033", f"{path} cannot be read: permission denied", help=f"try 'chmod u+r {path}'")
+        fail("F103", f"{path} cannot be read: permission denied", help=f"try 'chmod u+r {path}'")
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        fail("P033", f"{path} cannot be read: {reason}")
+        fail("F103", f"{path} cannot be read: {reason}", help="check the path and the disk")
     if len(data) > MAXIMAL_BYTES:
         fail(
-            "P034",
+            "F104",
             f"{path} is larger than {MAXIMAL_BYTES // 1_000_000} MB",
             help="divide it into several files, and write repeated parts as arrays of components",
         )

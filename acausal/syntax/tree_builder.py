@@ -46,7 +46,12 @@ class TreeBuilder(ClassBuilder):
 
     def expression_only(self, children: list[Any]) -> tree.Expression:
         if self._open_ends:
-            fail("P024", "'end' has a meaning only inside a subscript", self._open_ends[0])
+            fail(
+                "P024",
+                "'end' has a meaning only inside a subscript",
+                self._open_ends[0],
+                help="write x[end], or size(x, 1) for the length of x",
+            )
         expression: tree.Expression = children[0]
         return expression
 
