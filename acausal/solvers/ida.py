@@ -28,6 +28,7 @@ from acausal.solvers.failures import (
     not_finite_rows,
     singular_parts,
 )
+from acausal.solvers.first_step import first_step
 from acausal.solvers.native import Frame, Word
 from acausal.solvers.pacing import Pace, interruptible
 from acausal.solvers.protocol import Options, RunResult, Statistics, Status, StepResult
@@ -39,8 +40,8 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Up to this size a dense matrix is as fast as a sparse one (measured with KLU).
-DENSE_LIMIT = 15
+#: Up to this size a dense matrix is as fast as a sparse one (measured).
+DENSE_LIMIT = {"klu": 12, "superlumt": 25}
 #: Failures in a row at the same error test or Newton iteration before IDA gives up a step.
 MAX_FAILURES = 20
 #: First steps tried after a failure, as fractions of the distance to the limit, and whether
@@ -75,7 +76,7 @@ class IDAIntegrator:
         self._reached = c_double(t)
         self._base = Statistics()
         self._attempt = 0
-        self._small_first_step = False
+        self._fresh = True
         self._pace = Pace(n)
         self._context = self._c.context()
         self._vectors = [
@@ -122,8 +123,6 @@ class IDAIntegrator:
         lib.IDASetMaxConvFails(memory, MAX_FAILURES)
         if np.isfinite(self._options.max_step):
             lib.IDASetMaxStep(memory, self._options.max_step)
-        if self._options.initial_step is not None:
-            lib.IDASetInitStep(memory, self._options.initial_step)
         self._attach(self._system)
 
     def _attach(self, system: NativeSystem) -> None:
@@ -161,7 +160,8 @@ class IDAIntegrator:
         """Make the matrix and the linear solver for the problem's pattern."""
         lib, words, problem, n = self._c, self._frame.words, system.problem, self._n
         wanted = self._options.linear_solver
-        dense = n <= DENSE_LIMIT if wanted == "auto" else wanted == "dense"
+        limit = DENSE_LIMIT[str(lib.sundials.location.sparse)]
+        dense = n <= limit if wanted == "auto" else wanted == "dense"
         words[Word.NNZ] = problem.nnz
         y = self._vectors[0]
         if dense:
@@ -210,6 +210,8 @@ class IDAIntegrator:
         if self._too_many():
             return StepResult(self.t, Status.FAILED, self._too_many_steps())
         while True:
+            if self._fresh:
+                self._choose_first_step(t_limit)
             lib.IDASetStopTime(memory, t_limit)
             flag = lib.IDASolve(
                 memory, t_limit, byref(self._reached), *self._vectors[:2], c.IDA_ONE_STEP
@@ -271,6 +273,8 @@ class IDAIntegrator:
             budget = self._within_limit(pace.steps)
             words[Word.STEP_LIMIT] = before + budget
             lib.IDASetMaxNumSteps(memory, budget)
+            if self._fresh:
+                self._choose_first_step(limit)
             lib.IDASetStopTime(memory, limit)
             last = min(rows, int(words[Word.ROWS]) + pace.rows)
             with pace.measure():
@@ -308,7 +312,8 @@ class IDAIntegrator:
         self.yp[:] = yp
         self._remember_start(t)
         self._attempt = 0
-        self._reinitialise(t, self._options.initial_step or 0.0)
+        self._reinitialise(t, 0.0)
+        self._fresh = True
         if problem is not None:
             system = native_system(problem)
             if system.problem.n != self._n:
@@ -395,6 +400,19 @@ class IDAIntegrator:
         self._check(self._c.IDAReInit(self._memory, t, y, yp))
         self._c.IDASetInitStep(self._memory, first_step)
 
+    def _choose_first_step(self, t_limit: float) -> None:
+        self._fresh = False
+        step = self._options.initial_step or first_step(
+            self._start_t,
+            t_limit,
+            self.y,
+            self.yp,
+            self._system.problem.differential,
+            self._options.relative_tolerance,
+            self._tolerance,
+        )
+        self._c.IDASetInitStep(self._memory, min(step, self._options.max_step))
+
     def _inside_last_step(self, t: float) -> bool:
         """Go back to a time inside the last step, if it is one."""
         lib, (y, yp) = self._c, self._vectors[:2]
@@ -446,6 +464,7 @@ class IDAIntegrator:
         attempt = self._attempt
         self._base = self.statistics
         self._frame.words[Word.RESIDUAL_COUNT] = self._frame.words[Word.JACOBIAN_COUNT] = 0
+        self._fresh = False
         smallest = 16.0 * _UNIT_ROUNDOFF * max(abs(t), abs(t_limit) * 1e-3)
         step = max(fraction * (t_limit - t), smallest)
         if not t + step <= t_limit:

@@ -27,6 +27,7 @@ from acausal.solvers.failures import (
     not_finite_rows,
     singular_parts,
 )
+from acausal.solvers.first_step import first_step
 from acausal.solvers.protocol import Options, RunResult, Statistics, Status, StepResult
 from acausal.solvers.stepping import run_by_steps
 from acausal.solvers.system import NativeSystem, native_system
@@ -177,7 +178,7 @@ class OdesIntegrator:
         self._refused = None
         while True:
             if self._solver is None:
-                self._solver = self._begin(self._options.initial_step or 0.0)
+                self._solver = self._begin(self._first_step(t_limit))
             tau = t_limit - self._t_base
             before = self._t_step
             self._solver.set_options(tstop=tau)
@@ -197,6 +198,18 @@ class OdesIntegrator:
                 return None
             if flag != TOO_MUCH_WORK and not self._recover(flag, t_limit):
                 return self._explain(flag)
+
+    def _first_step(self, t_limit: float) -> float:
+        step = self._options.initial_step or first_step(
+            self._t,
+            t_limit,
+            self.y,
+            self.yp,
+            self._system.problem.differential,
+            self._options.relative_tolerance,
+            self._options.absolute_tolerance * self._system.problem.nominal,
+        )
+        return min(step, self._options.max_step)
 
     def _set_point(self, t: float) -> None:
         y, yp = self._read(t)
