@@ -270,6 +270,11 @@ class Template:
         return self.definition.full_name
 
     @property
+    def span(self) -> Span:
+        """Where the class is declared."""
+        return self.definition.span
+
+    @property
     def is_connector(self) -> bool:
         """True for a cut."""
         return self.primitive_connector or self.definition.kind == "connector"

@@ -27,9 +27,9 @@ def times(a: UnitOf, b: UnitOf) -> UnitOf:
     if a is None or b is None:
         return None
     if isinstance(a, str):
-        return b
+        return LITERAL if b == DIMENSIONLESS else b
     if isinstance(b, str):
-        return a
+        return LITERAL if a == DIMENSIONLESS else a
     return multiply(a, b)
 
 

@@ -14,12 +14,12 @@ from acausal.diagnostics import Span, fail
 from acausal.diagnostics.suggest import nearest
 from acausal.syntax import tree
 
-BUILTIN_TYPES = ("Real", "Integer", "Boolean", "String")
+BUILTIN_TYPES = ("Real", "Integer", "Boolean", "String", "StateSelect")
 
 
 @dataclass(frozen=True, eq=False)
 class Builtin:
-    """A predefined type: ``Real``, ``Integer``, ``Boolean``, ``String``."""
+    """A predefined type: ``Real``, ``Integer``, ``Boolean``, ``String``, ``StateSelect``."""
 
     name: str
 

@@ -21,7 +21,7 @@ class Entry:
     Attributes:
         name: Its name, with array dimensions.
         type_name: Its class as written.
-        kind: ``cut``, ``parameter``, ``variable`` or ``component``.
+        kind: ``cut``, ``parameter``, ``constant``, ``variable`` or ``component``.
         unit: Unit text, empty if it has none.
         default: Value as written, empty if it has none.
         description: Its description string.
@@ -53,7 +53,7 @@ def describe(name: str = "", *, deep: bool = False, root: Root | None = None) ->
     if isinstance(found, (Root, FolderPackage)):
         return _package(found, deep)
     if isinstance(found, ClassDef):
-        return _package(found, deep) if found.kind == "package" else _class(found)
+        return _package(found, deep) if found.classes else _class(found)
     close = _close(name, root)
     fail(
         "N150",
@@ -64,7 +64,9 @@ def describe(name: str = "", *, deep: bool = False, root: Root | None = None) ->
 
 
 def entries(definition: ClassDef) -> list[Entry]:
-    """Return the public components of a class, inherited ones first, constants left out.
+    """Return the public components of a class, inherited ones first.
+
+    Constants are left out, but for those of a package.
 
     Raises:
         AcausalError: If a base class is not found.
@@ -84,12 +86,17 @@ def _entries(definition: ClassDef, given: dict[str, tree.Expression]) -> Iterato
             yield from _entries(base, {**values, **given})
     for component in definition.tree.components:
         prefixes = component.prefixes
-        if not component.public or "constant" in prefixes or "final" in prefixes:
+        constant = "constant" in prefixes
+        if not component.public or "final" in prefixes:
+            continue
+        if constant and definition.kind != "package":
             continue
         type_class = find_name(definition, component.type_name, skip_components=True)
         unit, simple = _unit(component, type_class)
         kind = "component"
-        if "parameter" in prefixes:
+        if constant:
+            kind = "constant"
+        elif "parameter" in prefixes:
             kind = "parameter"
         elif isinstance(type_class, ClassDef) and type_class.kind == "connector":
             kind = "cut"
@@ -154,7 +161,7 @@ def _packages(package: Root | FolderPackage | ClassDef) -> list[FolderPackage | 
     if isinstance(package, ClassDef):
         return [c for c in package.classes.values() if c.kind == "package"]
     if isinstance(package, Root):
-        found = [package.find(name) for name in dict.fromkeys(package.names())]
+        found: list[object] = [package.find(name) for name in dict.fromkeys(package.names())]
         return [p for p in found if isinstance(p, (FolderPackage, ClassDef))]
     classes = [c for c in package.classes.values() if c.kind == "package"]
     return [*package.packages.values(), *classes]
@@ -191,12 +198,13 @@ def _class(definition: ClassDef) -> str:
     for kind, title in (
         ("cut", "cuts"),
         ("parameter", "parameters"),
+        ("constant", "constants"),
         ("variable", "variables"),
         ("component", "components"),
     ):
         rows: list[tuple[str, ...]] = [
             (e.name, e.type_name, e.default, f"[{e.unit}]" if e.unit else "", e.description)
-            if kind == "parameter"
+            if kind in ("parameter", "constant")
             else (e.name, e.type_name, f"[{e.unit}]" if e.unit else "", e.description)
             for e in found
             if e.kind == kind

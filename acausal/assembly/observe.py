@@ -1,0 +1,112 @@
+"""Values of all variables from ``y`` and ``y'``: aliases, known zeros, eliminated definitions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.assembly.layout import Layout
+from acausal.assembly.problem import TIME_POSITION, Y_POSITION
+from acausal.codegen.kernels import Kernel, compile_kernels
+from acausal.flattening.model import EquationFamily, Ids, Operand
+
+
+@dataclass(frozen=True)
+class Observer:
+    """Computes eliminated variables.
+
+    Attributes:
+        layout: Where the unknowns are.
+        representative: Who stands for each variable, shape ``(n,)``.
+        sign: 1, -1 or 0, shape ``(n,)``.
+        definitions: Families that define eliminated variables, in order of evaluation.
+        parameters: Values of the parameters.
+    """
+
+    layout: Layout
+    representative: Ids
+    sign: NDArray[np.int8]
+    definitions: tuple[EquationFamily, ...]
+    parameters: NDArray[np.float64]
+
+    @cached_property
+    def places(self) -> Ids:
+        """Position of every representative in the extended work vector, -1 if it has none."""
+        place = self.layout.position.copy()
+        if self.definitions:
+            defined = np.unique(np.concatenate([f.rows for f in self.definitions]))
+            place[defined] = self.layout.observables + np.arange(len(defined))
+        return place
+
+    @cached_property
+    def _size(self) -> int:
+        return max(self.layout.observables, int(self.places.max(initial=-1)) + 1)
+
+    @cached_property
+    def _calls(self) -> list[tuple[Kernel, NDArray[np.int32], NDArray[np.int32]]]:
+        kernels = compile_kernels([(f.template, ()) for f in self.definitions])
+        calls = []
+        for family, kernel in zip(self.definitions, kernels, strict=True):
+            index = np.zeros(family.operands.shape, np.int32)
+            for k, kind in enumerate(family.kinds):
+                ids = family.operands[k]
+                if kind == Operand.VARIABLE:
+                    index[k] = self.places[ids]
+                else:
+                    index[k] = self.layout.parameters + ids
+            calls.append((kernel, index, self.places[family.rows].astype(np.int32)))
+        return calls
+
+    def needs_definitions(self, variable: int) -> bool:
+        """Tell whether a variable has to be computed."""
+        place = self.places[self.representative[variable]]
+        return bool(self.sign[variable]) and place >= self.layout.observables
+
+    def _compute(self, w: NDArray[np.float64]) -> None:
+        for kernel, index, target in self._calls:
+            kernel.evaluate_residual(w, index, target, w)
+
+    def values(
+        self,
+        variables: Sequence[int],
+        times: NDArray[np.float64],
+        y: NDArray[np.float64],
+        yp: NDArray[np.float64],
+    ) -> NDArray[np.float64]:
+        """Return trajectories of variables, shape ``(nt, len(variables))``.
+
+        Args:
+            variables: Ids.
+            times: Shape ``(nt,)``.
+            y: Unknowns, shape ``(nt, n)``.
+            yp: Derivatives, shape ``(nt, n)``.
+        """
+        ids = np.asarray(variables, np.int64)
+        place = self.places[self.representative[ids]]
+        sign = self.sign[ids].astype(np.float64)
+        place = np.where(sign == 0, 0, place)
+        n = self.layout.n
+        result = np.zeros((len(times), len(ids)))
+        if (place >= self.layout.observables).any():
+            # Point by point: a work vector of a large model does not fit as often as there are
+            # points in time.
+            w = np.zeros(self._size)
+            w[self.layout.parameters : self.layout.observables] = self.parameters
+            for k, t in enumerate(times):
+                w[self.layout.observables :] = 0.0
+                w[TIME_POSITION] = t
+                w[Y_POSITION : Y_POSITION + n] = y[k]
+                w[Y_POSITION + n : Y_POSITION + 2 * n] = yp[k]
+                self._compute(w)
+                result[k] = w[place]
+        else:
+            for column, p in enumerate(place):
+                if p >= Y_POSITION + n:
+                    result[:, column] = yp[:, p - Y_POSITION - n]
+                elif p >= Y_POSITION:
+                    result[:, column] = y[:, p - Y_POSITION]
+        return result * sign

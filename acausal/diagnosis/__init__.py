@@ -1,0 +1,1 @@
+"""Singular systems explained in terms of components, cuts and connections."""

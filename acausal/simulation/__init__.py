@@ -1,0 +1,1 @@
+"""Integration over segments between time events and changes of states."""
