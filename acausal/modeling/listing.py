@@ -53,7 +53,8 @@ def describe(name: str = "", *, deep: bool = False, root: Root | None = None) ->
     if isinstance(found, (Root, FolderPackage)):
         return _package(found, deep)
     if isinstance(found, ClassDef):
-        return _package(found, deep) if found.classes else _class(found)
+        is_folder = found.kind == "package" and bool(found.classes)
+        return _package(found, deep) if is_folder else _class(found)
     close = _close(name, root)
     fail(
         "N150",
