@@ -69,6 +69,11 @@ class KernelCode:
     prologue: tuple[Instruction, ...]
     body: tuple[Instruction, ...]
 
+    @property
+    def weight(self) -> int:
+        """Length of the body in machine terms; memory is reached through an index."""
+        return sum(5 if item.op in ("load", "accumulate") else 1 for item in self.body)
+
     def __str__(self) -> str:
         lines = [_line(item) for item in self.prologue]
         lines.append("for each member k:")

@@ -15,12 +15,13 @@ from __future__ import annotations
 import ctypes
 import logging
 import struct
+import threading
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from hashlib import blake2b
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,8 +38,8 @@ from acausal.storage import cache_directory
 
 _log = logging.getLogger(__name__)
 _CACHE_KIND: Final = "kernel"
-#: Above this many instructions code generation for speed takes too long (see ``_level``).
-_LARGE: Final = 4000
+#: Kernels of more weight (about LLVM instructions) would take seconds to compile for speed.
+_LARGE: Final = 10_000
 
 _KERNEL_TYPE: Final = ctypes.CFUNCTYPE(
     None, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p
@@ -54,6 +55,8 @@ class Kernel:
         m: Number of operands of a member (rows of its index array).
         variable_slots: The slots with a structurally non-zero partial derivative, among those
             that were asked for and in that order; ``q`` of them.
+        jacobian_operands: The slots that the partial derivatives read.
+        jacobian_reads_time: Whether the partial derivatives read the time.
         key: Content hash of the template, the slots asked for and the code generator.
         residual: Address of the function that adds the template's value.
         jacobian: Address of the function that adds the partial derivatives.
@@ -63,6 +66,8 @@ class Kernel:
     template: Expr
     m: int
     variable_slots: tuple[int, ...]
+    jacobian_operands: tuple[int, ...]
+    jacobian_reads_time: bool
     key: str
     residual: int
     jacobian: int
@@ -160,7 +165,17 @@ class TemplateCode:
     jacobian: KernelCode
 
 
+class _Entry(NamedTuple):
+    """What the cache keeps of a kernel."""
+
+    variable_slots: tuple[int, ...]
+    jacobian_operands: tuple[int, ...]
+    jacobian_reads_time: bool
+    code: bytes
+
+
 _loaded: dict[tuple[Expr, tuple[int, ...]], Kernel] = {}
+_lock: Final = threading.Lock()
 
 
 def compile_kernels(templates: Sequence[tuple[Expr, tuple[int, ...]]]) -> list[Kernel]:
@@ -173,30 +188,25 @@ def compile_kernels(templates: Sequence[tuple[Expr, tuple[int, ...]]]) -> list[K
     Returns:
         One kernel for each pair, in order. Their code stays loaded for the life of the process.
     """
-    wanted = list(dict.fromkeys(pair for pair in templates if pair not in _loaded))
-    keys = {pair: template_key(*pair) for pair in wanted}
-    variable_slots: dict[str, tuple[int, ...]] = {}
-    objects: list[bytes] = []
-    compiled = 0
-    for pair in wanted:
-        key = keys[pair]
-        if key in variable_slots:
-            continue
-        entry = _unpack(cache_directory.read(_CACHE_KIND, key))
-        if entry is None:
-            compiled += 1
-            entry = _compile(key, *pair)
-            cache_directory.write(_CACHE_KIND, key, _pack(*entry))
-        variable_slots[key] = entry[0]
-        objects.append(entry[1])
-    if objects:
-        engine.load_objects(objects)
-        _log.debug("kernels: %d compiled, %d from the cache", compiled, len(objects) - compiled)
-    for pair in wanted:
-        key = keys[pair]
-        addresses = [engine.address_of(f"{name}_{key}") for name in _NAMES]
-        _loaded[pair] = Kernel(pair[0], _slot_count(*pair), variable_slots[key], key, *addresses)
-    return [_loaded[pair] for pair in templates]
+    with _lock:
+        wanted = dict.fromkeys(pair for pair in templates if pair not in _loaded)
+        entries: dict[str, _Entry] = {}
+        keys = {pair: template_key(*pair) for pair in wanted}
+        compiled = 0
+        for pair, key in keys.items():
+            entry = _unpack(cache_directory.read(_CACHE_KIND, key))
+            if entry is None:
+                compiled += 1
+                entry = _compile(key, *pair)
+                cache_directory.write(_CACHE_KIND, key, _pack(entry))
+            entries[key] = entry
+        if entries:
+            engine.load_objects([entry.code for entry in entries.values()])
+            _log.debug("kernels: %d compiled, %d cached", compiled, len(entries) - compiled)
+        for pair, key in keys.items():
+            addresses = [engine.address_of(f"{name}_{key}") for name in _NAMES]
+            _loaded[pair] = Kernel(pair[0], _slot_count(*pair), *entries[key][:3], key, *addresses)
+        return [_loaded[pair] for pair in templates]
 
 
 _NAMES: Final = ("residual", "jacobian", "value")
@@ -240,7 +250,7 @@ def _generator_identity() -> str:
     return digest.hexdigest()
 
 
-def _compile(key: str, template: Expr, slots: tuple[int, ...]) -> tuple[tuple[int, ...], bytes]:
+def _compile(key: str, template: Expr, slots: tuple[int, ...]) -> _Entry:
     code = template_code(template, slots)
     text = "".join((
         DECLARATIONS,
@@ -248,20 +258,35 @@ def _compile(key: str, template: Expr, slots: tuple[int, ...]) -> tuple[tuple[in
         print_kernel(f"jacobian_{key}", code.jacobian),
         print_value_kernel(f"value_{key}", f"residual_{key}"),
     ))  # fmt: skip
-    return code.variable_slots, engine.compile_object(text, _level(code))
+    read = (*code.jacobian.prologue, *code.jacobian.body)
+    return _Entry(
+        code.variable_slots,
+        tuple(sorted({int(item.value or 0) for item in read if item.op == "load"})),
+        any(item.op == "time" for item in read),
+        engine.compile_object(text, _level(code)),
+    )
 
 
 def _level(code: TemplateCode) -> int:
     """Return the effort of code generation: it grows faster than linearly with straight code."""
-    return 0 if max(len(code.residual.body), len(code.jacobian.body)) > _LARGE else 1
+    return 0 if max(code.residual.weight, code.jacobian.weight) > _LARGE else 1
 
 
-def _pack(variable_slots: tuple[int, ...], code: bytes) -> bytes:
-    return struct.pack(f"<i{len(variable_slots)}i", len(variable_slots), *variable_slots) + code
+_HEAD: Final = struct.Struct("<ii?")
 
 
-def _unpack(data: bytes | None) -> tuple[tuple[int, ...], bytes] | None:
+def _pack(entry: _Entry) -> bytes:
+    slots = (*entry.variable_slots, *entry.jacobian_operands)
+    head = _HEAD.pack(
+        len(entry.variable_slots), len(entry.jacobian_operands), entry.jacobian_reads_time
+    )
+    return head + struct.pack(f"<{len(slots)}i", *slots) + entry.code
+
+
+def _unpack(data: bytes | None) -> _Entry | None:
     if data is None:
         return None
-    (length,) = struct.unpack_from("<i", data)
-    return struct.unpack_from(f"<{length}i", data, 4), data[4 + 4 * length :]
+    variables, operands, reads_time = _HEAD.unpack_from(data)
+    slots = struct.unpack_from(f"<{variables + operands}i", data, _HEAD.size)
+    code = data[_HEAD.size + 4 * len(slots) :]
+    return _Entry(slots[:variables], slots[variables:], reads_time, code)
