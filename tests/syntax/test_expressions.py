@@ -249,7 +249,26 @@ leaves = st.one_of(
     .filter(lambda text: "\r" not in text)
     .map(lambda text: tree.StringLiteral(NOWHERE, text)),
 )
-BINARY = ("+ - * / ^ .+ .- .* ./ .^ < <= > >= == <> and or").split()
+BINARY = [
+    "+",
+    "-",
+    "*",
+    "/",
+    "^",
+    ".+",
+    ".-",
+    ".*",
+    "./",
+    ".^",
+    "<",
+    "<=",
+    ">",
+    ">=",
+    "==",
+    "<>",
+    "and",
+    "or",
+]
 
 
 def larger(inner: st.SearchStrategy[tree.Expression]) -> st.SearchStrategy[tree.Expression]:
@@ -292,9 +311,9 @@ def larger(inner: st.SearchStrategy[tree.Expression]) -> st.SearchStrategy[tree.
             st.just(NOWHERE),
             simple_references,
             several,
-            st.lists(
-                st.builds(tree.NamedArgument, st.just(NOWHERE), names, inner), max_size=2
-            ).map(tuple),
+            st.lists(st.builds(tree.NamedArgument, st.just(NOWHERE), names, inner), max_size=2).map(
+                tuple
+            ),
         ),
         st.builds(
             lambda f, e, i: tree.Call(NOWHERE, f, (e,), (), i), simple_references, inner, indices
