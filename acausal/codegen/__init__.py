@@ -1,1 +1,1 @@
-"""Templates to native kernels."""
+"""Templates to native kernels, and the native driver that calls them."""

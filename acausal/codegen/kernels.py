@@ -17,7 +17,7 @@ import logging
 import struct
 import threading
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from hashlib import blake2b
 from pathlib import Path
@@ -33,6 +33,7 @@ from acausal.codegen.llvm import DECLARATIONS, print_kernel, print_value_kernel
 from acausal.codegen.lower import lower
 from acausal.expressions.differentiate import partials
 from acausal.expressions.nodes import ZERO, Expr, slot
+from acausal.expressions.serialize import Record, from_records, to_records
 from acausal.expressions.traverse import postorder
 from acausal.storage import cache_directory
 
@@ -52,9 +53,10 @@ class Kernel:
 
     Attributes:
         template: Expression over integer slots.
+        slots: The slots that partial derivatives were asked for.
         m: Number of operands of a member (rows of its index array).
-        variable_slots: The slots with a structurally non-zero partial derivative, among those
-            that were asked for and in that order; ``q`` of them.
+        variable_slots: Those of ``slots``, in their order, with a structurally non-zero partial
+            derivative; ``q`` of them.
         jacobian_operands: The slots that the partial derivatives read.
         jacobian_reads_time: Whether the partial derivatives read the time.
         key: Content hash of the template, the slots asked for and the code generator.
@@ -63,7 +65,8 @@ class Kernel:
         value: Address of the function that stores the template's value.
     """
 
-    template: Expr
+    template: Expr = field(repr=False)  # a shared DAG may unfold without limit
+    slots: tuple[int, ...]
     m: int
     variable_slots: tuple[int, ...]
     jacobian_operands: tuple[int, ...]
@@ -72,6 +75,10 @@ class Kernel:
     residual: int
     jacobian: int
     value: int
+
+    def __reduce__(self) -> tuple[Callable[..., Kernel], tuple[object, ...]]:
+        # Addresses mean nothing in another process.
+        return (_restored, (*to_records(self.template), self.slots))
 
     @property
     def q(self) -> int:
@@ -194,19 +201,37 @@ def compile_kernels(templates: Sequence[tuple[Expr, tuple[int, ...]]]) -> list[K
         keys = {pair: template_key(*pair) for pair in wanted}
         compiled = 0
         for pair, key in keys.items():
-            entry = _unpack(cache_directory.read(_CACHE_KIND, key))
-            if entry is None:
+            cached = _unpack(cache_directory.read(_CACHE_KIND, key))
+            if cached is None:
                 compiled += 1
-                entry = _compile(key, *pair)
-                cache_directory.write(_CACHE_KIND, key, _pack(entry))
-            entries[key] = entry
+                cached = _compile(key, *pair)
+                cache_directory.write(_CACHE_KIND, key, _pack(cached))
+            entries[key] = cached
         if entries:
             engine.load_objects([entry.code for entry in entries.values()])
             _log.debug("kernels: %d compiled, %d cached", compiled, len(entries) - compiled)
         for pair, key in keys.items():
-            addresses = [engine.address_of(f"{name}_{key}") for name in _NAMES]
-            _loaded[pair] = Kernel(pair[0], _slot_count(*pair), *entries[key][:3], key, *addresses)
+            residual, jacobian, value = (engine.address_of(f"{n}_{key}") for n in _NAMES)
+            entry = entries[key]
+            _loaded[pair] = Kernel(
+                template=pair[0],
+                slots=pair[1],
+                m=_slot_count(*pair),
+                variable_slots=entry.variable_slots,
+                jacobian_operands=entry.jacobian_operands,
+                jacobian_reads_time=entry.jacobian_reads_time,
+                key=key,
+                residual=residual,
+                jacobian=jacobian,
+                value=value,
+            )
         return [_loaded[pair] for pair in templates]
+
+
+def _restored(
+    records: tuple[Record, ...], roots: tuple[int, ...], slots: tuple[int, ...]
+) -> Kernel:
+    return compile_kernels([(from_records(records, roots)[0], slots)])[0]
 
 
 _NAMES: Final = ("residual", "jacobian", "value")
@@ -286,7 +311,10 @@ def _pack(entry: _Entry) -> bytes:
 def _unpack(data: bytes | None) -> _Entry | None:
     if data is None:
         return None
-    variables, operands, reads_time = _HEAD.unpack_from(data)
-    slots = struct.unpack_from(f"<{variables + operands}i", data, _HEAD.size)
+    try:
+        variables, operands, reads_time = _HEAD.unpack_from(data)
+        slots = struct.unpack_from(f"<{variables + operands}i", data, _HEAD.size)
+    except struct.error:
+        return None
     code = data[_HEAD.size + 4 * len(slots) :]
     return _Entry(slots[:variables], slots[variables:], reads_time, code)

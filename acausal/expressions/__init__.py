@@ -1,1 +1,1 @@
-"""expressions."""
+"""Symbolic expressions: construction, derivatives, evaluation, notation."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -371,6 +372,11 @@ def test_loaded_kernels_are_not_loaded_again(caplog: pytest.LogCaptureFixture):
         again = compile_kernels([pair])
     assert not caplog.records
     assert first[0] is first[1] is again[0]
+
+
+def test_pickled_kernel_is_the_kernel():
+    kernel = compile_kernels([(sub(S[0], mul(const(19.0), S[1])), (1, 0))])[0]
+    assert pickle.loads(pickle.dumps(kernel)) is kernel
 
 
 def test_key_depends_on_content():
