@@ -30,6 +30,7 @@ class _Engine:
         self.features: str = llvm.get_host_cpu_features().flatten()
         self.version: str = ".".join(map(str, llvm.llvm_version_info))
         self.triple: str = llvm.get_process_triple()
+        self.compilers: dict[int, Any] = {}
         self.loader: Any = llvm.create_mcjit_compiler(
             llvm.parse_assembly(""), self.target_machine(1)
         )
@@ -76,7 +77,9 @@ def compile_object(text: str, level: int = 1, *, passes: bool = False) -> bytes:
         engine = _engine()
         llvm = engine.llvm
         module = llvm.parse_assembly(text)
-        machine = engine.target_machine(level)
+        machine = engine.compilers.get(level)
+        if machine is None:  # making one takes as long as compiling a small kernel
+            machine = engine.compilers[level] = engine.target_machine(level)
         if passes:
             options = llvm.create_pipeline_tuning_options(speed_level=level)
             builder = llvm.create_pass_builder(machine, options)
