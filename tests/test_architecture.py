@@ -9,7 +9,8 @@ import acausal
 
 PACKAGE = Path(acausal.__file__).parent
 
-#: Later stages may import earlier ones, never the other way round.
+#: Later stages may import earlier ones, never the other way round. A result is a record that the
+#: simulation fills, so ``results`` comes before it; solvers are used to find a consistent start.
 ORDER = (
     "version",
     "diagnostics",
@@ -26,10 +27,11 @@ ORDER = (
     "codegen",
     "assembly",
     "diagnosis",
-    "initialization",
     "solvers",
-    "simulation",
+    "initialization",
     "results",
+    "simulation",
+    "inspection",
     "compiler",
     "cli",
     "__main__",

@@ -147,7 +147,7 @@ CODES: dict[str, str] = {
     "F104": "A file is too large.",
     "F105": "The file has no such model, or none that can be simulated.",
     "F106": "The file holds no class.",
-    "F110": "The component library is missing from the installation.",
+    "F120": "The component library is missing from the installation.",
     "F201": "The suffix of a file tells no known format.",
     "F202": "A file cannot be written.",
     "F203": "No space is left on the disk.",

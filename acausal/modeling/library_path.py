@@ -16,7 +16,7 @@ def library_path() -> Path:
     top (``library``).
 
     Raises:
-        AcausalError: ``F110`` if neither is there.
+        AcausalError: ``F120`` if neither is there.
     """
     for folder in (_PACKAGE / "_library", _PACKAGE.parent / "library"):
         if folder.is_dir():
@@ -24,7 +24,7 @@ def library_path() -> Path:
     from acausal.diagnostics import fail
 
     fail(
-        "F110",
+        "F120",
         "the component library is missing from this installation",
         notes=[f"looked in {_PACKAGE / '_library'} and {_PACKAGE.parent / 'library'}"],
         help="install acausal again, or run it from a complete source tree",

@@ -51,7 +51,7 @@ def write_rows(result: Result, paths: Sequence[str], out: TextIO) -> None:
     descriptions = [" ".join(source.description(path).split()) for path in paths]
     out.write(f"# descriptions: {_row(['time', *descriptions])}\n")
     out.write(_row(["time", *paths]) + "\n")
-    table = np.column_stack([result.times, result.matrix(*paths)] if paths else [result.times])
+    table = np.column_stack([result.times, source.many(paths)] if paths else [result.times])
     for first in range(0, len(table), BLOCK):
         rows = table[first : first + BLOCK].tolist()
         out.write("".join([",".join(map(repr, row)) + "\n" for row in rows]))

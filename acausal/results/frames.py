@@ -22,7 +22,9 @@ def to_pandas(result: Result, patterns: Sequence[str]) -> pandas.DataFrame:
 
     paths = [path for path in result.find(*patterns) if path != "time"]
     index = pandas.Index(result.times, name="time")
-    frame = pandas.DataFrame(result.matrix(*paths) if paths else None, index=index, columns=paths)
+    frame = pandas.DataFrame(
+        result.variables.many(paths) if paths else None, index=index, columns=paths
+    )
     frame.attrs.update(metadata(result))
     frame.attrs["units"] = {path: result.variables.unit(path) for path in paths}
     return frame
@@ -43,7 +45,7 @@ def to_xarray(result: Result, patterns: Sequence[str]) -> xarray.Dataset:
     }
     for family in families(paths, result.variables):
         about = {"units": family.unit, "long_name": family.description}
-        values = result.matrix(*family.paths)
+        values = result.variables.many(family.paths)
         if family.single:
             arrays[family.name] = ("time", values[:, 0], about)
         else:

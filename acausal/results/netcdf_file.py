@@ -38,7 +38,7 @@ def write_netcdf(result: Result, paths: Sequence[str], file: Path) -> None:
         time.attrs["long_name"] = "time"
         for family in families(paths, source):
             dimensions: tuple[str, ...] = ("time",)
-            data = result.matrix(*family.paths)
+            data = source.many(family.paths)
             if family.single:
                 data = data[:, 0]
             else:

@@ -41,6 +41,14 @@ class VariableSource(Protocol):
         """
         ...
 
+    def many(self, paths: Sequence[str]) -> NDArray[np.float64]:
+        """Return the values of several variables at once, shape ``(nt, len(paths))``.
+
+        Raises:
+            KeyError: If one of them does not exist.
+        """
+        ...
+
     def unit(self, path: str) -> str:
         """Return the unit text, empty if it has none."""
         ...
@@ -171,10 +179,11 @@ class Result:
             AcausalError: ``N901`` if a pattern matches nothing.
         """
         paths = self.find(*patterns)
-        table = np.empty((len(self.times), len(paths)))
-        for k, path in enumerate(paths):
-            table[:, k] = self.trajectory(path).values
-        return table
+        if "time" not in paths or "time" in self.variables.find("time"):
+            return self.variables.many(paths)
+        place = paths.index("time")
+        others = self.variables.many([*paths[:place], *paths[place + 1 :]])
+        return np.insert(others, place, self.times, axis=1)
 
     def to_pandas(self, *patterns: str) -> pandas.DataFrame:
         """Return a data frame with the time as index; ``frame.attrs["units"]`` has the units.

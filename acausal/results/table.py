@@ -48,6 +48,14 @@ class TableSource:
         """
         return self._columns[path]
 
+    def many(self, paths: Sequence[str]) -> NDArray[np.float64]:
+        """Return several columns, shape ``(nt, len(paths))``.
+
+        Raises:
+            KeyError: If there is no such column.
+        """
+        return np.column_stack([self._columns[path] for path in paths])
+
     def unit(self, path: str) -> str:
         """Return the unit text."""
         return self._units.get(path, "")

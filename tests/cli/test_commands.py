@@ -243,7 +243,7 @@ def test_check_and_inspect(compiler, capsys):
 def test_messages(capsys):
     assert execute(["messages"]) == 0
     everything = capsys.readouterr().out
-    assert execute(["messages", "f110"]) == 0
+    assert execute(["messages", "f120"]) == 0
     one = capsys.readouterr().out
     assert one.splitlines()[0] == "F: Files and command line"
     assert len(one.splitlines()) == 2

@@ -87,6 +87,7 @@ def test_wildcards(result):
     assert result.matrix("link[*].angle").shape == (11, 2)
     assert result.find("l.i", "*", "l.i")[0] == "l.i"
     assert len(result.find("l.i", "*")) == 5
+    np.testing.assert_array_equal(result.matrix("c.v", "time", "l.i")[:, 1], TIMES)
     np.testing.assert_array_equal(result["time"].values, TIMES)
     assert "c.v" in result
     assert "time" in result
@@ -310,6 +311,9 @@ class Counting:
     def values(self, path: str):
         self.named += 1
         return TIMES
+
+    def many(self, paths: Sequence[str]):
+        return np.column_stack([self.values(path) for path in paths])
 
     def unit(self, path: str) -> str:
         return "m"
