@@ -132,7 +132,7 @@ class ExplicitForm:
         solve = self._solve
         assert solve is not None
         right = np.zeros((self.n, self.n))
-        values = self._partial(t, 0.0)
+        values, _ = self._partials(t)
         chosen = self._in_state_column
         rows, columns = self.system.problem.indices[chosen], self._columns[chosen]
         np.add.at(right, (rows, columns), values[chosen])
@@ -207,10 +207,11 @@ class ExplicitForm:
         relative = float(np.abs(correction).max() / max(float(size.max()), 1e-300))
         return norm, relative
 
-    def _partial(self, t: float, cj: float) -> Array:
-        values = np.zeros(self.system.problem.nnz)
-        self.system.jacobian_values(t, cj, self._y, self._yp, values)
-        return values
+    def _partials(self, t: float) -> tuple[Array, Array]:
+        """Return the entries of dF/dy and of dF/dy' at the present point."""
+        work = np.zeros(self.system.problem.nnz)
+        self.system.jacobian_values(t, 0.0, self._y, self._yp, work)
+        return self.system.partial_values()
 
     def _factorise(self, t: float) -> None:
         """Factorise F_v at the present point.
@@ -219,11 +220,8 @@ class ExplicitForm:
             IntegrationError: R112 if it is singular, R114 if it is not finite.
         """
         self.factorisations += 1
-        values = self._partial(t, 0.0)
-        if self.states.size:
-            chosen = self._in_state_column
-            with np.errstate(invalid="ignore"):
-                values[chosen] = self._partial(t, 1.0)[chosen] - values[chosen]
+        by_y, by_yp = self._partials(t)
+        values = np.where(self._in_state_column, by_yp, by_y)
         if not np.isfinite(values).all():
             rows = self.system.problem.indices[~np.isfinite(values)]
             failure = Failure(Reason.NOT_FINITE, t, 0.0, (), tuple(int(r) for r in rows[:4]))

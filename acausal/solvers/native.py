@@ -127,11 +127,14 @@ done:
 }
 """
     # Return values as SUNDIALS wants them: 0 good, > 0 try a smaller step, < 0 give up.
+    # A residual tells by itself that it is not finite; a Jacobian is looked through here.
     check = (
         """
 define internal i32 @check(ptr %frame, double %t, ptr %x, i64 %n, i32 %flag, i1 %rows) {
-  %good = icmp eq i32 %flag, 0
-  br i1 %good, label %look, label %out
+  %give_up = icmp slt i32 %flag, 0
+  %trusted = icmp eq i32 %flag, 0
+  %skip = select i1 %trusted, i1 %rows, i1 %give_up
+  br i1 %skip, label %out, label %look
 look:
   %ok = call i1 @all_finite(ptr %x, i64 %n)
   br i1 %ok, label %out, label %bad

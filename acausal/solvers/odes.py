@@ -89,6 +89,8 @@ class OdesIntegrator:
         self._stops = 0
         self._t = self._t_step = self._t_base = t
         self._t_before = t
+        self._t_read = t  # time of the solver's vectors
+        self._tau_step = 0.0  # end of the last step as the solver has it
         self._attempt = 0
         self._since = 0
         self._solver: Any = None
@@ -194,6 +196,7 @@ class OdesIntegrator:
                 self._since += 1
                 self._stops += flag == TSTOP_RETURN
                 self._t_before, self._t_step = before, t
+                self._t_read, self._tau_step = t, reached
                 self._set_point(t)
                 return None
             if flag != TOO_MUCH_WORK and not self._recover(flag, t_limit):
@@ -219,12 +222,15 @@ class OdesIntegrator:
 
     def _look(self, t: float) -> tuple[Array, Array]:
         """Return (y, y') at a time inside the last step."""
-        if t < self._t_step:
+        if t != self._t_read:
+            # Rounding must not lead past the last step: the solver would take another one.
+            tau = self._tau_step if t == self._t_step else min(t - self._t_base, self._tau_step)
             self._solver.set_options(one_step_compute=False)
             try:
-                flag, _ = self._call(t - self._t_base)
+                flag, _ = self._call(tau)
             finally:
                 self._solver.set_options(one_step_compute=True)
+            self._t_read = t
             if flag < 0:
                 raise ValueError(f"{t} is not inside the last step, which ends at {self._t_step}")
         return self._read(t)
@@ -273,7 +279,7 @@ class OdesIntegrator:
             self._begin_again()
 
     def _start_at(self, t: float) -> None:
-        self._t = self._t_step = self._t_base = self._t_before = t
+        self._t = self._t_step = self._t_base = self._t_before = self._t_read = t
         self._base_steps += self._steps
         self._steps = self._since = 0
 

@@ -209,11 +209,15 @@ def create(
     Raises:
         AcausalError: R100 for an unknown name, R101 or R102 if the solver is not installed.
     """
-    from acausal.solvers.system import native_system
+    from acausal.solvers.system import native_system, problem_size
 
     options = options or Options()
     if name not in SOLVERS:
         fail("R100", f"there is no solver {name!r}", help="choose one of " + ", ".join(SOLVERS))
+    if problem_size(problem) == 0:
+        from acausal.solvers.trivial import TrivialIntegrator
+
+        return TrivialIntegrator(t, options)
     system = native_system(problem)
     if name == "ida":
         from acausal.solvers.ida import IDAIntegrator

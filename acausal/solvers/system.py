@@ -45,7 +45,8 @@ class NativeSystem(Protocol):
     """Residual and Jacobian of a problem, as C functions and as Python functions.
 
     The C functions, whose last argument is :attr:`table_address`, return 0, a positive number
-    (try another step) or a negative one (give up)::
+    (try another step; a residual does so when a value is not finite) or a negative one (give
+    up)::
 
         int residual(double t, const double* y, const double* yp, double* out, void* table)
         int jacobian(double t, double cj, const double* y, const double* yp, double* out, void*)
@@ -75,6 +76,9 @@ class NativeSystem(Protocol):
     def jacobian_values(self, t: float, cj: float, y: Array, yp: Array, out: Array) -> object:
         """Write dF/dy + cj dF/dy' to ``out``, shape ``(nnz,)``."""
 
+    def partial_values(self) -> tuple[Array, Array]:
+        """Return dF/dy and dF/dy' of the last ``jacobian_values``, each of shape ``(nnz,)``."""
+
 
 def native_system(problem: DAEProblem | NativeSystem) -> NativeSystem:
     """Make a problem callable, unless it is already."""
@@ -83,3 +87,9 @@ def native_system(problem: DAEProblem | NativeSystem) -> NativeSystem:
     from acausal.codegen.driver import NativeProblem
 
     return cast(NativeSystem, NativeProblem(problem))
+
+
+def problem_size(problem: DAEProblem | NativeSystem) -> int:
+    """Return the number of unknowns."""
+    inner = getattr(problem, "problem", problem)
+    return int(cast(Pattern, inner).n)

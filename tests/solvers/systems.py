@@ -70,7 +70,7 @@ class CallbackSystem:
         def residual(t: float, y: int, yp: int, out: int, _: int) -> int:
             self.calls += 1
             view(out, n)[:] = self.f(t, view(y, n), view(yp, n))
-            return 0
+            return 0 if np.isfinite(view(out, n)).all() else 1
 
         def jacobian(t: float, cj: float, y: int, yp: int, out: int, _: int) -> int:
             y_, yp_ = view(y, n), view(yp, n)
@@ -88,8 +88,14 @@ class CallbackSystem:
     def jacobian_values(
         self, t: float, cj: float, y: np.ndarray, yp: np.ndarray, out: np.ndarray
     ) -> None:
-        dense = np.asarray(self.dy(t, y, yp)) + cj * np.asarray(self.dyp(t, y, yp))
-        out[:] = dense[self.rows, self.columns]
+        self._partials = tuple(
+            np.asarray(part(t, y, yp), float)[self.rows, self.columns]
+            for part in (self.dy, self.dyp)
+        )
+        out[:] = self._partials[0] + cj * self._partials[1]
+
+    def partial_values(self) -> tuple[np.ndarray, np.ndarray]:
+        return self._partials
 
 
 def oscillator(omega: float = 2.0, damping: float = 0.0) -> CallbackSystem:
