@@ -1,1 +1,42 @@
-"""Acausal multiport modelling and simulation."""
+"""Acausal multiport modelling and simulation.
+
+Example:
+    >>> import acausal as ac
+    >>> result = ac.compile_file("examples/rlc.acm").simulate(stop_time=0.1)
+    >>> result["c.v"].unit
+    'V'
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from acausal.compiler import Compiled, compile_file, compile_text
+    from acausal.diagnostics import AcausalError
+    from acausal.results.files import read_result
+    from acausal.results.result import Result
+
+__all__ = ["AcausalError", "Compiled", "Result", "compile_file", "compile_text", "read_result"]
+
+# Names are imported when first used: importing the package must cost next to nothing.
+_HOMES = {
+    "AcausalError": "acausal.diagnostics",
+    "Compiled": "acausal.compiler",
+    "Result": "acausal.results.result",
+    "compile_file": "acausal.compiler",
+    "compile_text": "acausal.compiler",
+    "read_result": "acausal.results.files",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'acausal' has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

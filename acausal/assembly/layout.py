@@ -84,3 +84,22 @@ def lay_out(
         np.flatnonzero(is_state[derivatives]),
         n_parameters,
     )
+
+
+def values_of(
+    layout: Layout, y: NDArray[np.float64], yp: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the values of all ids, shape ``(N,)``; zero for those that are no unknowns."""
+    values = np.zeros(len(layout.position))
+    values[layout.derivatives] = yp[layout.position[layout.states] - Y_POSITION]
+    values[layout.y_ids] = y
+    return values
+
+
+def unknowns_of(
+    layout: Layout, values: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return ``y`` and ``y'``, each of shape ``(n,)``, for values of all ids."""
+    yp = np.zeros(layout.n)
+    yp[layout.position[layout.states] - Y_POSITION] = values[layout.derivatives]
+    return np.ascontiguousarray(values[layout.y_ids]), yp

@@ -278,3 +278,8 @@ class Template:
     def is_connector(self) -> bool:
         """True for a cut."""
         return self.primitive_connector or self.definition.kind == "connector"
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what paths are made of; the rest has done its work when a model is stored."""
+        kept = ("number", "variables", "parameters", "children", "primitive_connector")
+        return {name: getattr(self, name) for name in kept}

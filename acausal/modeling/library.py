@@ -67,6 +67,7 @@ class FolderPackage:
         """
         result: dict[str, ClassDef] = {}
         for path in self.files:
+            root_of(self).sources.append(path)
             for name, definition in classes_of(parse_cached(path), self).items():
                 if name in result:
                     fail(
@@ -92,6 +93,8 @@ class Root:
 
     def __init__(self, folders: list[Path]) -> None:
         self.folders = folders
+        #: Files read so far, in order.
+        self.sources: list[Path] = []
         self._files: dict[str, ClassDef | None] = {}
 
     @property
@@ -128,6 +131,7 @@ class Root:
         for folder in self.folders:
             path = folder / (name + SUFFIX)
             if path.is_file():
+                self.sources.append(path)
                 return classes_of(parse_cached(path), self).get(name)
         return None
 
@@ -137,6 +141,14 @@ class Root:
             p.stem for f in self.folders if f.is_dir() for p in sorted(f.glob("*" + SUFFIX))
         ]
         return [*self.packages, *files]
+
+
+def root_of(scope: Scope) -> Root:
+    """Return the outermost package around a scope."""
+    while scope.parent is not None:
+        scope = scope.parent
+    assert isinstance(scope, Root)
+    return scope
 
 
 def classes_of(file: tree.File, package: Scope) -> dict[str, ClassDef]:

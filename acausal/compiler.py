@@ -1,0 +1,314 @@
+"""The pipeline on one page: from a file to a model that can be simulated.
+
+Every stage is a function from one record to the next; this module alone knows them all. It times
+them, logs them, and keeps what `acausal inspect` prints.
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from acausal.diagnostics import Diagnostic
+    from acausal.elimination.eliminate import Elimination
+    from acausal.flattening.flatten import Flattened
+    from acausal.instantiation.template import Template
+    from acausal.modeling.classes import ClassDef
+    from acausal.results.result import Result
+    from acausal.simulation.system import System
+    from acausal.structural.incidence import Chains
+    from acausal.structural.pantelides import Offsets
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass
+class Stages:
+    """What each stage of one compilation has made, and how long it took.
+
+    Attributes:
+        definition: The class (parse, declare).
+        templates: The class templates (instantiate).
+        flattened: Numbering, junctions and flat model (connect, flatten).
+        elimination: What is left, and what was taken out (eliminate).
+        chains: Variables and their derivatives.
+        offsets: How often rows and variables are differentiated (reduce index).
+        system: What the simulation gets.
+        timings: Seconds by stage.
+    """
+
+    definition: ClassDef | None = None
+    templates: list[Template] = field(default_factory=list)
+    flattened: Flattened | None = None
+    elimination: Elimination | None = None
+    chains: Chains | None = None
+    offsets: Offsets | None = None
+    system: System | None = None
+    timings: dict[str, float] = field(default_factory=dict)
+
+    @contextmanager
+    def timed(self, stage: str) -> Iterator[None]:
+        """Time a stage."""
+        begun = time.perf_counter()
+        yield
+        self.timings[stage] = time.perf_counter() - begun
+        _log.info("%s: %.4f s", stage, self.timings[stage])
+
+
+def compile_class(
+    definition: ClassDef, parameters: Mapping[str, float] | None = None, stages: Stages | None = None
+) -> Stages:
+    """Take a class through all stages.
+
+    Args:
+        definition: The model.
+        parameters: Values by path, SI units; they win over the model's own.
+        stages: Receives the results; given to see how far a failing compilation came.
+
+    Raises:
+        AcausalError: For any mistake in the model.
+    """
+    from acausal.assembly.assemble import family_kernels
+    from acausal.diagnosis.floating import refuse_floating
+    from acausal.diagnosis.singular import explain_singularity
+    from acausal.elimination.eliminate import eliminate
+    from acausal.flattening.flatten import flatten
+    from acausal.instantiation.instantiate import instantiate
+    from acausal.simulation.build import build_system
+    from acausal.structural.differentiate import differentiate
+    from acausal.structural.incidence import chains_of, incidence_of
+    from acausal.structural.pantelides import Singularity, pantelides
+
+    stages = Stages() if stages is None else stages
+    stages.definition = definition
+    with stages.timed("instantiate"):
+        stages.templates, given = instantiate(definition, dict(parameters or {}))
+    with stages.timed("flatten"):
+        flattened = stages.flattened = flatten(stages.templates, given)
+        refuse_floating(flattened)
+    with stages.timed("eliminate"):
+        elimination = stages.elimination = eliminate(flattened.model)
+        reduced = elimination.model
+    with stages.timed("reduce index"):
+        chains = stages.chains = chains_of(reduced.derivative, elimination.active)
+        signature = incidence_of(reduced.families, reduced.n_rows, chains).signature()
+        offsets = pantelides(signature)
+        if isinstance(offsets, Singularity) or len(elimination.redundant_rows):
+            if not isinstance(offsets, Singularity):
+                from acausal.structural.pantelides import singularity
+
+                offsets = singularity(signature)
+            raise explain_singularity(flattened, elimination, chains, offsets)
+        stages.offsets = offsets
+        differentiated = differentiate(
+            reduced.families, reduced.n_rows, chains, offsets.c, offsets.d
+        )
+    with stages.timed("generate"):
+        family_kernels(differentiated.families)
+    with stages.timed("build"):
+        stages.system = build_system(flattened, elimination, differentiated, offsets)
+    return stages
+
+
+class Compiled:
+    """A compiled model, ready to run as often as wanted.
+
+    Example:
+        >>> compiled = compile_file("examples/rlc.acm")
+        >>> result = compiled.simulate(stop_time=0.1)
+        >>> result["c.v"].values.shape
+        (501,)
+
+    Attributes:
+        system: What the simulation gets.
+        timings: Seconds by stage of the compilation.
+        warnings: What was noticed and is no error.
+        stages: What each stage has made; None if the model came from the cache.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        timings: dict[str, float],
+        warnings: tuple[Diagnostic, ...] = (),
+        stages: Stages | None = None,
+    ) -> None:
+        self.system = system
+        self.timings = timings
+        self.warnings = warnings
+        self.stages = stages
+
+    @property
+    def name(self) -> str:
+        """Name of the model."""
+        return self.system.name
+
+    def simulate(
+        self,
+        start_time: float | None = None,
+        stop_time: float | None = None,
+        tolerance: float | None = None,
+        solver: str = "ida",
+        points: int | None = None,
+        interval: float | None = None,
+        progress: Callable[[float, float], None] | None = None,
+        variables: Sequence[str] | None = None,
+        max_step: float = float("inf"),
+    ) -> Result:
+        """Simulate the model.
+
+        Args:
+            start_time: Seconds; the model's own, or 0.
+            stop_time: Seconds; the model's own, or one second after the start.
+            tolerance: Relative tolerance; the model's own, or 1e-6.
+            solver: ``ida``, ``odes-ida``, ``odes-cvode`` or ``radau``.
+            points: Number of equidistant output points, 501 by default.
+            interval: Distance of output points in seconds; wins over ``points``.
+            progress: Called with the time reached and the stop time.
+            variables: Patterns of the variables to keep; everything by default.
+            max_step: Largest step of the integrator, seconds.
+
+        Returns:
+            The result; if the run failed on its way, what there is, with the reason in
+            ``diagnostics`` and ``ending``.
+
+        Raises:
+            AcausalError: If there is no consistent start, or what is asked for is impossible.
+        """
+        from acausal.simulation.engine import simulate
+        from acausal.simulation.request import Request
+
+        if interval is None and points is None:
+            interval = self.system.experiment.interval
+        request = Request(
+            start_time, stop_time, tolerance, solver, points, interval, variables, progress,
+            max_step,
+        )  # fmt: skip
+        return simulate(self.system, request)
+
+
+def compile_file(
+    path: str | Path, model: str | None = None, parameters: Mapping[str, float | str] | None = None
+) -> Compiled:
+    """Compile a model of a file.
+
+    Args:
+        path: The file.
+        model: Name of the model; the last one of the file by default.
+        parameters: Values by path: numbers in SI units, or texts such as ``"10[kOhm]"``.
+
+    Raises:
+        AcausalError: For a file that cannot be read and for any mistake in the model.
+    """
+    from acausal.simulation.compiled_cache import recall, remember
+
+    given = parameter_numbers(parameters or {})
+    begun = time.perf_counter()
+    found = recall(Path(path), model, given)
+    if found is not None:
+        system, warnings = found
+        return Compiled(system, {"recall": time.perf_counter() - begun}, warnings)
+    stages, sources = _compile_path(Path(path), model, given)
+    compiled = _compiled(stages)
+    with stages.timed("remember"):
+        remember(Path(path), model, given, sources, (compiled.system, compiled.warnings))
+    return compiled
+
+
+def compile_text(
+    text: str, model: str | None = None, parameters: Mapping[str, float | str] | None = None
+) -> Compiled:
+    """Compile a model of a text, see :func:`compile_file`."""
+    from acausal.modeling.load import choose_model, load_text
+
+    classes, _ = load_text(text)
+    definition = choose_model(classes, model, "the text")
+    return _compiled(compile_class(definition, parameter_numbers(parameters or {})))
+
+
+def _compiled(stages: Stages) -> Compiled:
+    assert stages.system is not None and stages.flattened is not None
+    return Compiled(stages.system, stages.timings, stages.flattened.model.warnings, stages)
+
+
+def _compile_path(
+    path: Path, model: str | None, given: Mapping[str, float], stages: Stages | None = None
+) -> tuple[Stages, list[Path]]:
+    from acausal.modeling.load import choose_model, load_file
+
+    stages = Stages() if stages is None else stages
+    with stages.timed("parse"):
+        classes, root = load_file(path)
+        definition = choose_model(classes, model, str(path))
+    compile_class(definition, given, stages)
+    return stages, [path, *root.sources]
+
+
+def parameter_numbers(parameters: Mapping[str, float | str]) -> dict[str, float]:
+    """Return parameter values as SI numbers; texts may carry a unit, or be true or false.
+
+    Raises:
+        AcausalError: ``F110`` for a text that is no number.
+    """
+    result: dict[str, float] = {}
+    for name, value in parameters.items():
+        if not isinstance(value, str):
+            result[name] = float(value)
+            continue
+        from acausal.diagnostics import fail
+        from acausal.instantiation.environment import ClassEnvironment
+        from acausal.instantiation.expressions import elaborate
+        from acausal.instantiation.values import constants
+        from acausal.modeling.classes import ClassDef
+        from acausal.syntax import tree
+        from acausal.syntax.parser import parse_expression
+
+        try:
+            result[name] = float(value)
+            continue
+        except ValueError:
+            expression = parse_expression(value, f"<{name}>")
+        nowhere = ClassDef(tree.ClassDefinition(expression.span, "model", "command"), None)
+        number = elaborate(expression, ClassEnvironment(None, nowhere))
+        numbers = constants(number) if number.text is None else None
+        if numbers is None or numbers.shape:
+            fail("F110", f"{value} is not a number", expression.span,
+                 help=f"write {name}=12.5 or {name}=10[kOhm]")  # fmt: skip
+        result[name] = float(numbers)
+    return result
+
+
+def check_file(path: str | Path, model: str | None = None) -> Any:
+    """Compile a model without simulating it and return a summary with counts.
+
+    Raises:
+        AcausalError: For any mistake in the model.
+    """
+    from acausal.inspection.summary import summary
+
+    stages, _ = _compile_path(Path(path), model, {})
+    return summary(stages)
+
+
+def inspect_file(
+    path: str | Path,
+    model: str | None = None,
+    stage: str = "all",
+    latex: bool = False,
+    parameters: Mapping[str, float | str] | None = None,
+) -> str:
+    """Return what a stage, or each stage, has made of a model, as text.
+
+    Raises:
+        AcausalError: For any mistake in the model, after what could be shown.
+    """
+    from acausal.inspection.inspect import inspect
+
+    stages, _ = _compile_path(Path(path), model, parameter_numbers(parameters or {}))
+    return inspect(stages, stage, latex)

@@ -1,0 +1,45 @@
+"""From the stages of the compiler to the system that the simulation gets."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from acausal.elimination.eliminate import Elimination
+from acausal.flattening.flatten import Flattened
+from acausal.initialization.system import extended
+from acausal.simulation.system import System
+from acausal.structural.differentiate import DifferentiatedSystem
+from acausal.structural.pantelides import Offsets, differentiation_index
+
+
+def build_system(
+    flattened: Flattened,
+    elimination: Elimination,
+    differentiated: DifferentiatedSystem,
+    offsets: Offsets,
+) -> System:
+    """Return the system of a model after index reduction."""
+    model = elimination.model
+    chains = differentiated.chains
+    n = chains.n_variables
+    active = np.zeros(n, np.bool_)
+    active[chains.members] = True
+    new = np.arange(model.variables.count, n)
+    return System(
+        model.name,
+        model.description,
+        flattened.model.names,
+        model.experiment,
+        extended(model.variables, n),
+        differentiated,
+        offsets,
+        active,
+        model.initial,
+        model.n_initial,
+        model.assertions,
+        model.parameters,
+        np.concatenate([elimination.representative, new]),
+        np.concatenate([elimination.sign, np.ones(len(new), np.int8)]),
+        elimination.definitions,
+        differentiation_index(offsets),
+    )
