@@ -1,0 +1,6 @@
+"""Puts the builder of flat models on the path of the tests of this folder."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "elimination"))
