@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TextIO
 
 import click
@@ -19,8 +19,18 @@ def wants_color(stream: TextIO) -> bool:
     return stream.isatty()
 
 
-def report(what: AcausalError | Iterable[Diagnostic], as_json: bool = False) -> None:
-    """Write diagnostics to the standard error stream."""
+def report(
+    what: AcausalError | Iterable[Diagnostic],
+    as_json: bool = False,
+    sources: Mapping[str, str] | None = None,
+) -> None:
+    """Write diagnostics to the standard error stream.
+
+    Args:
+        what: An error or diagnostics; nothing is written if there are none.
+        as_json: Write one line of JSON.
+        sources: Texts that came from no file, by the name their spans give.
+    """
     diagnostics = what.diagnostics if isinstance(what, AcausalError) else tuple(what)
     if not diagnostics:
         return
@@ -33,7 +43,7 @@ def report(what: AcausalError | Iterable[Diagnostic], as_json: bool = False) -> 
     else:
         from acausal.diagnostics.render import render
 
-        text = render(diagnostics, color=wants_color(sys.stderr))
+        text = render(diagnostics, color=wants_color(sys.stderr), sources=sources)
     click.echo(text, err=True, nl=False, color=True)
 
 

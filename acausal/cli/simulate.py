@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from acausal.cli.main import EXIT_INTERRUPTED, EXIT_PARTIAL
+from acausal.cli.main import EXIT_INTERRUPTED, EXIT_MODEL, EXIT_PARTIAL
 from acausal.cli.options import (
     file_argument,
     json_errors,
@@ -20,6 +20,7 @@ from acausal.cli.options import (
 )
 from acausal.cli.progress import SimulatedTime
 from acausal.cli.report import report
+from acausal.diagnostics import AcausalError
 
 if TYPE_CHECKING:
     from acausal.results import Result
@@ -142,7 +143,12 @@ def command(
 
     from acausal import compiler
 
-    compiled = compiler.compile_file(file, model=model, parameters=values)
+    try:
+        compiled = compiler.compile_file(file, model=model, parameters=values)
+    except AcausalError as error:
+        # A value given with -p is a source of its own.
+        report(error, as_json, {f"<{name}>": str(value) for name, value in values.items()})
+        return EXIT_MODEL
     report(compiled.warnings, as_json)
     shown = sys.stderr.isatty() and not no_progress and not as_json
     with SimulatedTime(start_time or 0.0, shown) as progress:

@@ -31,8 +31,9 @@ def summary(result: Result, patterns: Sequence[str] = ()) -> str:
     for path in paths[:MOST_ROWS]:
         trajectory = result.trajectory(path)
         x = trajectory.values
+        # Adding 0 turns -0 into 0.
         numbers = (x[0], x[-1], x.min(), x.max())
-        rows.append((path, trajectory.unit, *(f"{float(v):.6g}" for v in numbers)))
+        rows.append((path, trajectory.unit, *(f"{float(v) + 0.0:.6g}" for v in numbers)))
     widths = [max(len(row[k]) for row in rows) for k in range(6)]
     lines = [
         "  ".join(

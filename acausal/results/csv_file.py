@@ -52,6 +52,7 @@ def write_rows(result: Result, paths: Sequence[str], out: TextIO) -> None:
     out.write(f"# descriptions: {_row(['time', *descriptions])}\n")
     out.write(_row(["time", *paths]) + "\n")
     table = np.column_stack([result.times, source.many(paths)] if paths else [result.times])
+    table += 0.0  # turns -0.0 into 0.0
     for first in range(0, len(table), BLOCK):
         rows = table[first : first + BLOCK].tolist()
         out.write("".join([",".join(map(repr, row)) + "\n" for row in rows]))

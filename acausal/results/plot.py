@@ -66,6 +66,7 @@ def draw(result: Result, patterns: Sequence[str] = (), title: str = "") -> Figur
     text = title or " - ".join(x for x in (result.model_name, result.description) if x)
     if result.ending is not Ending.COMPLETE and not title:
         text += f" ({result.ending.value})"
+    figure.align_ylabels()
     figure.suptitle(text)
     return figure
 
