@@ -112,7 +112,9 @@ def compile_class(
     with stages.timed("generate"):
         family_kernels(differentiated.families)
     with stages.timed("build"):
-        stages.system = build_system(flattened, elimination, differentiated, offsets)
+        stages.system = build_system(
+            flattened, elimination, differentiated, offsets, signature
+        )
     return stages
 
 

@@ -586,7 +586,8 @@ def axis(subscript: tree.Expression | None, n: int, env: Environment) -> Value:
     if value.type not in ("Integer", "enumeration") or len(value.shape) > 1:
         fail("T115", f"{format_expression(subscript)} is not an Integer", subscript.span,
              help="subscripts are whole numbers from 1")  # fmt: skip
-    fixed = constants(value) if value.size <= LONGEST_REDUCTION else None
+    small = value.size <= LONGEST_REDUCTION
+    fixed = constants(value) if small or value.numbers is not None else None
     if fixed is not None and fixed.size and (fixed.min() < 1 or fixed.max() > n):
         bad = fixed.min() if fixed.min() < 1 else fixed.max()
         fail("T114", f"subscript {int(bad)} is outside 1..{n}", subscript.span,

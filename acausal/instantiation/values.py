@@ -47,6 +47,7 @@ class Value:
         text: The text of a string.
         fields: The fields of a record.
         enumeration: The class of an enumeration value.
+        numbers: The numbers of a constant array, where they are at hand.
     """
 
     type: str
@@ -56,6 +57,7 @@ class Value:
     text: str | None = None
     fields: dict[str, Value] | None = None
     enumeration: ClassDef | None = None
+    numbers: NDArray[np.float64] | None = None
 
     @property
     def expr(self) -> Expr:
@@ -137,13 +139,15 @@ def table(numbers: NDArray[np.float64], type_: str = "Real", unit: UnitOf = None
         except NeedsUnroll:
             return slot(TableEntry(data, shape, index))
 
-    return Value(type_, shape, get, unit)
+    return Value(type_, shape, get, unit, numbers=flat.reshape(shape))
 
 
 def constants(value: Value) -> NDArray[np.float64] | None:
     """Return the numbers of a value, shape ``value.shape``, or None if it is not constant."""
     if value.fields is not None or value.type == "String":
         return None
+    if value.numbers is not None:
+        return value.numbers
     if not value.shape:
         expr = value.expr
         return np.array(expr.value, np.float64) if expr.op == "const" else None

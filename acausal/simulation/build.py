@@ -9,6 +9,8 @@ from acausal.flattening.flatten import Flattened
 from acausal.initialization.system import extended
 from acausal.simulation.system import System
 from acausal.structural.differentiate import DifferentiatedSystem
+from acausal.structural.highest_jacobian import highest_entries
+from acausal.structural.incidence import Signature
 from acausal.structural.pantelides import Offsets, differentiation_index
 
 
@@ -17,6 +19,7 @@ def build_system(
     elimination: Elimination,
     differentiated: DifferentiatedSystem,
     offsets: Offsets,
+    signature: Signature,
 ) -> System:
     """Return the system of a model after index reduction."""
     model = elimination.model
@@ -33,6 +36,7 @@ def build_system(
         extended(model.variables, n),
         differentiated,
         offsets,
+        highest_entries(signature, offsets, differentiated),
         active,
         model.initial,
         model.n_initial,

@@ -280,7 +280,7 @@ def simulate(system: System, request: Request) -> Result:
             "solver": request.solver,
         },
         run.ending,
-        (*warnings, *failure),
+        (*warnings, *selector.warnings(), *failure),
     )
 
 

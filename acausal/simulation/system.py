@@ -17,6 +17,7 @@ from acausal.flattening.model import (
 )
 from acausal.initialization.system import StartSystem
 from acausal.structural.differentiate import DifferentiatedSystem
+from acausal.structural.highest_jacobian import HighestEntries
 from acausal.structural.pantelides import Offsets
 
 
@@ -31,6 +32,7 @@ class System:
         variables: Attributes of all ids, those of index reduction included.
         differentiated: Rows, derivatives of rows, chains of derivatives.
         offsets: How often rows and variables are differentiated.
+        entries: Jacobian entries that decide about states.
         active: Which ids are unknowns, shape ``(N,)``.
         initial: Families of the initial equations.
         n_initial: Number of initial rows.
@@ -49,6 +51,7 @@ class System:
     variables: Variables
     differentiated: DifferentiatedSystem
     offsets: Offsets
+    entries: HighestEntries
     active: NDArray[np.bool_]
     initial: tuple[EquationFamily, ...]
     n_initial: int
