@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.elimination.families import sorted_unique
 from acausal.elimination.signed_components import (
     Nodes,
     Signs,
@@ -232,7 +233,7 @@ def _representatives(graph: _Graph, priority: Signs) -> tuple[Nodes, Signs, Mask
     top = mother[root] < 0
     choose(np.flatnonzero(top & (priority > 0)))
     # A root without rival stands for itself; its priority is that of everybody in its class.
-    level = np.unique(root[mothers[mother[root[mothers]] < 0]])
+    level = sorted_unique(root[mothers[mother[root[mothers]] < 0]])
     heads = np.flatnonzero(best >= 0)
     orientation[heads] = sign[chosen[heads]]
     cut = np.zeros(k, dtype=np.bool_)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.elimination.alias_classes import AliasRows
-from acausal.elimination.families import keep_rows, merge_families, take_members
+from acausal.elimination.families import keep_rows, merge_families, sorted_unique, take_members
 from acausal.elimination.linear_form import LinearForm, linear_form
 from acausal.elimination.signed_components import Nodes
 from acausal.expressions.build import mul
@@ -122,7 +122,7 @@ def combined_contributions(
         ]
     )
     ordered = np.sort(key)
-    repeated = np.unique(ordered[1:][ordered[1:] == ordered[:-1]])
+    repeated = sorted_unique(ordered[1:][ordered[1:] == ordered[:-1]])
     if repeated.shape[0] == 0:
         return tuple(families)
     place = np.searchsorted(repeated, key)

@@ -74,6 +74,8 @@ class Elimination:
         definitions: Families in the order of evaluation. The value of the variable
             ``rows[k]`` is the sum of all contributions to it, which mostly is one; start from
             zero and add family after family.
+        divisors: Expressions of parameters that definitions divide by, as families; ``rows``
+            holds the variable. See :func:`divisors_hold`.
         active: Variables that remain unknowns, shape ``(n,)``.
         redundant_rows: Rows of the original model that say what others say already, ascending.
             Each of them leaves an unknown without an equation.
@@ -85,6 +87,7 @@ class Elimination:
     representative: Ids
     sign: Signs
     definitions: tuple[EquationFamily, ...]
+    divisors: tuple[EquationFamily, ...]
     active: NDArray[np.bool_]
     redundant_rows: Ids
     counts: Counts
@@ -97,6 +100,7 @@ class _System:
     families: tuple[EquationFamily, ...]
     others: tuple[tuple[EquationFamily, ...], ...]
     definitions: tuple[tuple[EquationFamily, ...], ...]
+    divisors: tuple[EquationFamily, ...]
     variables: Variables
     derivative: Ids
     representative: Ids
@@ -106,7 +110,9 @@ class _System:
     redundant: tuple[Ids, ...]
 
 
-def eliminate(model: FlatModel, *, explicit_locals: bool = True) -> Elimination:
+def eliminate(
+    model: FlatModel, *, explicit_locals: bool = True, divide_by_parameters: bool = False
+) -> Elimination:
     """Return the model without aliases, known zeros and, if wished, explicit locals.
 
     Time and memory grow linearly with the number of rows; symbolic work is done once per
@@ -115,6 +121,9 @@ def eliminate(model: FlatModel, *, explicit_locals: bool = True) -> Elimination:
     Args:
         model: The flat model.
         explicit_locals: Also take out variables that one row defines by others.
+        divide_by_parameters: Solve ``R*i = v`` for ``i`` where ``R`` is not zero now. Who
+            changes parameters later has to ask :func:`divisors_hold`, and to compile anew if
+            they do not.
 
     Raises:
         AcausalError: I001, I002 if fixed start values of equal variables contradict.
@@ -128,7 +137,8 @@ def eliminate(model: FlatModel, *, explicit_locals: bool = True) -> Elimination:
             rounds += 1
             progress, system = _without_aliases(system, model)
             if explicit_locals:
-                changed, system = _without_locals(system, kept, model.n_rows)
+                parameters = model.parameters if divide_by_parameters else None
+                changed, system = _without_locals(system, kept, model.n_rows, parameters)
                 progress = progress or changed
         needed = _definitions_of_lost_derivatives(system)
         if needed.shape[0] == 0:
@@ -166,6 +176,7 @@ def _start(model: FlatModel) -> _System:
     return _System(
         tidy(model.families),
         (model.initial, *((assertion.family,) for assertion in model.assertions)),
+        (),
         (),
         model.variables,
         model.derivative,
@@ -230,7 +241,12 @@ def _merged(system: _System, classes: AliasClasses, model: FlatModel) -> _System
     )
 
 
-def _without_locals(system: _System, kept: NDArray[np.bool_], n_rows: int) -> tuple[bool, _System]:
+def _without_locals(
+    system: _System,
+    kept: NDArray[np.bool_],
+    n_rows: int,
+    parameters: NDArray[np.float64] | None,
+) -> tuple[bool, _System]:
     """Take out pure outputs, then one batch of explicit locals."""
     n = system.representative.shape[0]
     variables = system.variables
@@ -261,11 +277,16 @@ def _without_locals(system: _System, kept: NDArray[np.bool_], n_rows: int) -> tu
             break
         changed = True
         system = _defined(system, sweep.families, sweep.definitions, sweep.defined, sweep.rows)
-    chosen = choose_definitions(system.families, counts, uses, blocked | system.defined)
+    chosen = choose_definitions(system.families, counts, uses, blocked | system.defined, parameters)
     if not chosen:
         return changed, system
     definitions = merge_families([definition.value_family() for definition in chosen])
     defined = np.concatenate([definition.variables for definition in chosen])
+    divisors = [definition.divisor_family() for definition in chosen]
+    system = replace(
+        system,
+        divisors=merge_families([*system.divisors, *[d for d in divisors if d is not None]]),
+    )
     rows = np.concatenate([d.family.rows[d.members] for d in chosen])
     removed = np.zeros(n_rows, dtype=np.bool_)
     removed[rows] = True
@@ -351,6 +372,7 @@ def _finish(model: FlatModel, system: _System, rounds: int) -> Elimination:
         system.representative,
         system.sign,
         tuple(family for group in system.definitions for family in group),
+        system.divisors,
         active,
         redundant,
         statistics,

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,8 @@ from numpy.typing import NDArray
 from acausal.expressions.nodes import Expr, slot
 from acausal.expressions.traverse import slots, substitute
 from acausal.flattening.model import EquationFamily, Ids, Operand, Origin
+
+Integer = TypeVar("Integer", bound=np.integer)
 
 
 def take_origins(origins: Sequence[Origin], members: Ids) -> tuple[Origin, ...]:
@@ -167,6 +170,17 @@ def use_counts(families: Iterable[EquationFamily], n_variables: int) -> Ids:
     return counts
 
 
+def sorted_unique(values: NDArray[Integer]) -> NDArray[Integer]:
+    """Return the different values, ascending.
+
+    By sorting: the hash table of ``numpy.unique`` is slow on regular integers.
+    """
+    ordered = np.sort(values)
+    keep = np.ones(ordered.shape[0], dtype=np.bool_)
+    keep[1:] = ordered[1:] != ordered[:-1]
+    return ordered[keep]
+
+
 def partition(keys: Sequence[NDArray[np.integer]], bases: Sequence[int]) -> list[Ids]:
     """Return the members with equal keys, one ascending array per combination that occurs.
 
@@ -186,7 +200,7 @@ def partition(keys: Sequence[NDArray[np.integer]], bases: Sequence[int]) -> list
         code = code * base + key
         size *= base
     small = size <= 1 << 20
-    present = np.flatnonzero(np.bincount(code, minlength=1)) if small else np.unique(code)
+    present = np.flatnonzero(np.bincount(code, minlength=1)) if small else sorted_unique(code)
     if present.shape[0] <= 8:
         return [np.flatnonzero(code == value) for value in present.tolist()]
     order = np.argsort(code, kind="stable")

@@ -102,18 +102,30 @@ def repeated_slots(template: Expr) -> list[int]:
     return [int(e.value) for e in ways if e.op == "slot" and ways[e] > 1]  # type: ignore[call-overload]
 
 
-def solved_for(template: Expr, key: int) -> Expr | None:
-    """Return ``f`` with ``slot(key) = f`` if the template is linear in it, literal coefficient.
+def solved_for(
+    template: Expr, key: int, parameters: frozenset[int] = frozenset()
+) -> tuple[Expr, Expr] | None:
+    """Solve ``template = 0`` for a slot in which it is linear.
 
-    None if ``template = 0`` cannot be solved for the slot by a literal, non-zero coefficient.
+    Args:
+        template: The row.
+        key: The slot.
+        parameters: Slots that the coefficient may depend on; none if it has to be a literal.
+
+    Returns:
+        ``(f, c)`` with ``slot(key) = f`` and ``c`` the coefficient that ``f`` is divided by;
+        None if there is no such solution.
     """
     split = split_linear(template, slot(key))
-    if split is None or split[0].op != "const" or split[0] is ZERO:
+    if split is None or split[0] is ZERO:
         return None
     coefficient, rest = split
+    used = slots(coefficient)
+    if not parameters.issuperset(used) or (not used and coefficient.op != "const"):
+        return None
     if coefficient is ONE:
-        return neg(rest)
-    return neg(div(rest, coefficient))
+        return neg(rest), coefficient
+    return neg(div(rest, coefficient)), coefficient
 
 
 def shifted(template: Expr, offset: int) -> Expr:

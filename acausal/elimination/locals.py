@@ -26,6 +26,7 @@ from acausal.elimination.families import (
 )
 from acausal.elimination.linear_form import shifted, solved_for, tidied
 from acausal.elimination.rewriting import split_duplicates
+from acausal.expressions.evaluate import evaluate
 from acausal.expressions.nodes import RELATIONS, Expr, slot
 from acausal.expressions.traverse import postorder, substitute
 from acausal.flattening.model import EquationFamily, Ids, Operand
@@ -39,6 +40,9 @@ MAX_REPEATED_COST = 30
 #: Largest definition, and largest template something is put into, in nodes.
 MAX_DEFINITION = 60
 MAX_TEMPLATE = 240
+
+#: No division by parameters smaller than this, nor larger than its inverse.
+TINY = 1e-100
 
 _COSTS = {"div": 4, "pow": 10, "call": 12}
 _JUMPS = ("sign", "floor", "ceil", "integer", "mod", "rem", "div", "abs", "min", "max")
@@ -65,19 +69,25 @@ def has_jumps(template: Expr) -> bool:
 
 
 @lru_cache(maxsize=16384)
-def solution(template: Expr, key: int) -> Expr | None:
-    """Return ``f`` with ``slot(key) = f``, or None if the row is no definition of the slot."""
+def solution(
+    template: Expr, key: int, parameters: frozenset[int] = frozenset()
+) -> tuple[Expr, Expr] | None:
+    """Return ``(f, c)`` of :func:`solved_for`, or None if the row is no definition of the slot."""
     if has_jumps(template) or size(template) > MAX_DEFINITION:
         return None
-    return solved_for(template, key)
+    return solved_for(template, key, parameters)
 
 
 @dataclass(frozen=True)
 class Definitions:
-    """Variables ``variables = template(operands)``, all members of one family."""
+    """Variables ``variables = template(operands)``, all members of one family.
+
+    ``divisor`` is what the template divides by, a constant or an expression of parameters.
+    """
 
     family: EquationFamily
     template: Expr
+    divisor: Expr
     slot: int
     members: Ids
 
@@ -95,6 +105,16 @@ class Definitions:
         )
         return renumbered(value, self.template)
 
+    def divisor_family(self) -> EquationFamily | None:
+        """Return what must not become zero, as a family; None for a literal."""
+        if self.divisor.op == "const":
+            return None
+        part = take_members(self.family, self.members)
+        value = EquationFamily(
+            part.template, part.kinds, part.operands, part.operands[self.slot], part.origins
+        )
+        return renumbered(value, self.divisor)
+
 
 @dataclass(frozen=True)
 class _Choice:
@@ -103,12 +123,17 @@ class _Choice:
     order: tuple[float, int, int, int]
     family: EquationFamily
     template: Expr
+    divisor: Expr
     slot: int
     members: Ids
 
 
 def choose_definitions(
-    families: Sequence[EquationFamily], counts: Ids, uses: Ids, blocked: Mask
+    families: Sequence[EquationFamily],
+    counts: Ids,
+    uses: Ids,
+    blocked: Mask,
+    parameters: NDArray[np.float64] | None = None,
 ) -> list[Definitions]:
     """Return definitions that pay, none of which refers to another.
 
@@ -117,6 +142,7 @@ def choose_definitions(
         counts: Number of contributions to each row.
         uses: Number of member slots that refer to each variable.
         blocked: Variables that must stay.
+        parameters: Values of the parameters if it is allowed to divide by them.
     """
     heavy = blocked.copy()
     for family in families:
@@ -126,10 +152,14 @@ def choose_definitions(
     for index, family in enumerate(families):
         ordinary: Mask | None = None
         among = variable_slots(family)
+        constant = frozenset(range(len(family.kinds))).difference(among)
         for j in among:
-            value = solution(family.template, j)
-            if value is None:
+            solved = solution(
+                family.template, j, constant if parameters is not None else frozenset()
+            )
+            if solved is None:
                 continue
+            value, divisor = solved
             if ordinary is None:
                 ordinary = counts[family.rows] == 1
             x = family.operands[j]
@@ -138,10 +168,15 @@ def choose_definitions(
             pays = (u * others - u - others - 1 <= MAX_FILL) & (
                 (u - 1) * cost(value) <= MAX_REPEATED_COST
             )
-            members = np.flatnonzero(pays & ordinary & ~heavy[x])
+            fits = pays & ordinary & ~heavy[x]
+            if divisor.op != "const" and parameters is not None:
+                fits &= _usable(divisor, family, parameters)
+            members = np.flatnonzero(fits)
             if members.shape[0]:
                 mean = float(u[members].mean())
-                choices.append(_Choice((mean, others, index, j), family, value, j, members))
+                choices.append(
+                    _Choice((mean, others, index, j), family, value, divisor, j, members)
+                )
     choices.sort(key=lambda choice: choice.order)
     defined = np.zeros(uses.shape[0], dtype=np.bool_)
     referred = np.zeros(uses.shape[0], dtype=np.bool_)
@@ -150,8 +185,22 @@ def choose_definitions(
     for choice in choices:
         members = _independent(choice, defined, referred, spent)
         if members.shape[0]:
-            chosen.append(Definitions(choice.family, choice.template, choice.slot, members))
+            chosen.append(
+                Definitions(choice.family, choice.template, choice.divisor, choice.slot, members)
+            )
     return chosen
+
+
+def _usable(divisor: Expr, family: EquationFamily, parameters: NDArray[np.float64]) -> Mask:
+    """Return where a divisor is a normal, non-zero number."""
+
+    def slot_values(key: object) -> NDArray[np.float64]:
+        assert isinstance(key, int)
+        values: NDArray[np.float64] = parameters[family.operands[key]]
+        return values
+
+    values = np.abs(evaluate(divisor, slot_values))
+    return np.broadcast_to((values > TINY) & (values < 1.0 / TINY), (family.count,))
 
 
 def _independent(choice: _Choice, defined: Mask, referred: Mask, spent: Mask) -> Ids:

@@ -132,15 +132,15 @@ def _values(family: EquationFamily, counts: Ids, defines: Ids) -> list[EquationF
     result: list[EquationFamily] = []
     for j in variable_slots(family):
         mine = family.operands[j, rest] == defines[family.rows[rest]]
-        value = solution(family.template, j) if mine.any() else None
-        if value is None:
+        solved = solution(family.template, j) if mine.any() else None
+        if solved is None:
             continue
         part = take_members(family, rest[mine])
         rest = rest[~mine]
         named = EquationFamily(
             part.template, part.kinds, part.operands, part.operands[j], part.origins
         )
-        result.append(renumbered(named, value))
+        result.append(renumbered(named, solved[0]))
     return result
 
 

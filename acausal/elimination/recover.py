@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.elimination.eliminate import Elimination
+from acausal.elimination.locals import TINY
 from acausal.expressions.evaluate import evaluate
 from acausal.flattening.model import EquationFamily, Operand
 
@@ -59,3 +60,15 @@ def recovered(
         np.add.at(result, family.rows, family_values(family, result, parameters, time))
     sign = elimination.sign
     return np.where(sign == 0, 0.0, result[elimination.representative] * sign)
+
+
+def divisors_hold(elimination: Elimination, parameters: NDArray[np.float64]) -> bool:
+    """Return whether the elimination is valid for other parameter values.
+
+    False if a definition would divide by zero; the model then has to be eliminated anew.
+    """
+    nothing = np.zeros(0)
+    return all(
+        bool((np.abs(family_values(family, nothing, parameters)) > TINY).all())
+        for family in elimination.divisors
+    )

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.elimination.families import variable_slots
+from acausal.elimination.families import sorted_unique, variable_slots
 from acausal.flattening.model import EquationFamily, Ids
 from acausal.initialization.system import StartSystem
 from acausal.structural.dulmage_mendelsohn import overdetermined_part
@@ -66,7 +66,7 @@ def incidence(system: StartSystem) -> tuple[Ids, Ids]:
     collect(system.initial, system.n_rows)
     if not rows:
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    key = np.unique(np.concatenate(rows) * np.int64(system.n_ids) + np.concatenate(ids))
+    key = sorted_unique(np.concatenate(rows) * np.int64(system.n_ids) + np.concatenate(ids))
     return key // system.n_ids, key % system.n_ids
 
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from acausal.diagnostics import AcausalError
 from acausal.elimination.eliminate import Elimination, eliminate
 from acausal.elimination.families import row_counts
-from acausal.elimination.recover import family_values, recovered
+from acausal.elimination.recover import divisors_hold, family_values, recovered
 from acausal.expressions.text import to_text
 from acausal.flattening.model import FlatModel, StateSelect
 
@@ -396,6 +396,24 @@ def test_expensive_definitions_are_not_repeated_often():
     check_equivalence(model, result)
 
 
+def test_division_by_parameters():
+    values = [1.0, 2.0, 0.0, 3.0]
+    b = FlatBuilder()
+    i, u = b.variables("i", 4), b.variables("u", 4)
+    R = b.parameter("R", values)
+    b.equation(S[0] * S[1] - call("sin", S[2]), R, i, u, parameters=[0])
+    b.equation(S[0] * S[0] * S[1] - 1 - t, u, i)
+    model = b.build()
+    plain = eliminate(model)
+    assert plain.active.all()
+    divided = eliminate(model, divide_by_parameters=True)
+    assert divided.active[i].tolist() == [False, False, True, False]
+    check_equivalence(model, divided)
+    assert divisors_hold(divided, model.parameters)
+    assert not divisors_hold(divided, np.zeros(4))
+    assert divisors_hold(plain, np.zeros(4))
+
+
 @st.composite
 def networks(draw):
     """A connected graph of conductors, resistors, capacitors, inductors and sources."""
@@ -407,9 +425,9 @@ def networks(draw):
     return nodes, list(zip(branches, kinds, strict=False))
 
 
-@given(networks(), st.booleans(), st.integers(0, 100))
-@settings(max_examples=120, deadline=None)
-def test_any_network_keeps_its_solutions(network, explicit, seed):
+@given(networks(), st.booleans(), st.booleans(), st.integers(0, 100))
+@settings(max_examples=150, deadline=None)
+def test_any_network_keeps_its_solutions(network, explicit, divide, seed):
     nodes, branches = network
     b = FlatBuilder()
     ends: list[list[tuple[int, int]]] = [[] for _ in range(nodes)]
@@ -439,6 +457,6 @@ def test_any_network_keeps_its_solutions(network, explicit, seed):
             b.equation(S[0] - S[1], first, second)
         b.junction(*[through for _, through in node])
     model = b.build()
-    result = eliminate(model, explicit_locals=explicit)
+    result = eliminate(model, explicit_locals=explicit, divide_by_parameters=divide)
     check_equivalence(model, result, seed)
     balance(model, result)
