@@ -35,6 +35,29 @@ def matching_size(edges: set[tuple[int, int]], n_rows: int) -> int:
     return sum(augment(row, set()) for row in range(n_rows))
 
 
+def _augment(
+    e: int,
+    equations: list[set[int]],
+    highest: set[int],
+    assign: dict[int, int],
+    seen_equations: list[int],
+    seen_variables: list[int],
+) -> bool:
+    """Find an augmenting path from equation ``e`` (algorithm AUGMENTPATH of the paper)."""
+    seen_equations.append(e)
+    for v in sorted(equations[e] & highest):
+        if v not in assign:
+            assign[v] = e
+            return True
+    for v in sorted(equations[e] & highest):
+        if v not in seen_variables:
+            seen_variables.append(v)
+            if _augment(assign[v], equations, highest, assign, seen_equations, seen_variables):
+                assign[v] = e
+                return True
+    return False
+
+
 def pantelides_1988(sigma: Sigma, n: int) -> tuple[list[int], list[int]]:
     """Return the offsets by Pantelides' own algorithm (1988, algorithm 4.1), row after row.
 
@@ -80,21 +103,7 @@ def pantelides_1988(sigma: Sigma, n: int) -> tuple[list[int], list[int]]:
             seen_equations: list[int] = []
             seen_variables: list[int] = []
 
-            def augment(e: int) -> bool:
-                seen_equations.append(e)
-                for v in sorted(equations[e] & highest):
-                    if v not in assign:
-                        assign[v] = e
-                        return True
-                for v in sorted(equations[e] & highest):
-                    if v not in seen_variables:
-                        seen_variables.append(v)
-                        if augment(assign[v]):
-                            assign[v] = e
-                            return True
-                return False
-
-            if augment(i):
+            if _augment(i, equations, highest, assign, seen_equations, seen_variables):
                 break
             new_variables = {v: derivative(v) for v in seen_variables}
             for e in seen_equations:

@@ -98,14 +98,16 @@ def test_matched_columns_stay_matched():
     matching = match([(2, 0), (2, 1), (0, 0), (0, 2), (1, 1)], 3, 3, start)
     assert matching.is_perfect
     smaller = match([(2, 0), (2, 1), (0, 0)], 3, 3, start)
-    assert smaller.row_of_column[0] >= 0 and smaller.column_of_row[2] >= 0
+    assert smaller.row_of_column[0] >= 0
+    assert smaller.column_of_row[2] >= 0
 
 
 def test_restriction_keeps_pairs_that_are_edges():
     matching = Matching(np.array([0, 1]), np.array([0, 1]))
     pointer, columns = adjacency(np.array([0, 1]), np.array([0, 0]), 2)
     kept = restrict_matching(matching, pointer, columns)
-    assert kept.column_of_row.tolist() == [0, -1] and kept.row_of_column.tolist() == [0, -1]
+    assert kept.column_of_row.tolist() == [0, -1]
+    assert kept.row_of_column.tolist() == [0, -1]
 
 
 def test_dulmage_mendelsohn_parts():
@@ -138,7 +140,8 @@ def test_both_forms_of_the_primitives_agree(edges, data):
     finally:
         graphs.SMALL = limit
     assert [a.tolist() for a in small] == [a.tolist() for a in large]
-    assert weak[0] == weak_large[0] and weak[1].tolist() == weak_large[1].tolist()
+    assert weak[0] == weak_large[0]
+    assert weak[1].tolist() == weak_large[1].tolist()
     assert count == count_large
     same = (label[:, None] == label[None]) == (label_large[:, None] == label_large[None])
     assert same.all()

@@ -98,7 +98,8 @@ def test_transistor_amplifier_is_structurally_of_index_one():
         for i, j in ((a, a), (a, b), (b, a), (b, b)):
             sigma[i, j] = 1
     result = offsets(sigma, 8)
-    assert result.c.max() == 0 and result.d.min() == 1
+    assert result.c.max() == 0
+    assert result.d.min() == 1
 
 
 def test_capacitor_loop_has_index_two():
@@ -188,13 +189,15 @@ def test_singular_subsets_are_minimal(case):
     assert isinstance(result, Singularity)
     subsets = singular_subsets(result)
     assert count_exposed(result)[0] == sum(s.overdetermined for s in subsets)
-    assert any(s.overdetermined for s in subsets) and not all(s.overdetermined for s in subsets)
+    assert any(s.overdetermined for s in subsets)
+    assert not all(s.overdetermined for s in subsets)
     for subset in subsets:
         turned = sigma if subset.overdetermined else {(j, i): o for (i, j), o in sigma.items()}
         many, few = subset.rows.tolist(), subset.bases.tolist()
         if not subset.overdetermined:
             many, few = few, many
-        assert len(many) == len(few) + 1 and subset.exposed in many
+        assert len(many) == len(few) + 1
+        assert subset.exposed in many
         assert {j for i, j in turned if i in many} == set(few)
         for left_out in many:
             rest = [i for i in many if i != left_out]
@@ -208,17 +211,22 @@ def test_two_sources_in_parallel():
     result = pantelides(signature({(0, v): 0, (1, v): 0, (2, i1): 0, (2, i2): 0}, 3, 3))
     assert isinstance(result, Singularity)
     over, under = singular_subsets(result)
-    assert over.overdetermined and over.rows.tolist() == [0, 1] and over.bases.tolist() == [v]
-    assert not under.overdetermined and under.bases.tolist() == [i1, i2]
+    assert over.overdetermined
+    assert over.rows.tolist() == [0, 1]
+    assert over.bases.tolist() == [v]
+    assert not under.overdetermined
+    assert under.bases.tolist() == [i1, i2]
     assert under.rows.tolist() == [2]
     assert result.parts.over_rows.tolist() == [True, True, False]
 
 
 def test_systems_that_are_not_square_are_reported():
     result = pantelides(signature({(0, 0): 1, (1, 0): 0}, 2, 1))
-    assert isinstance(result, Singularity) and count_exposed(result) == (1, 0)
+    assert isinstance(result, Singularity)
+    assert count_exposed(result) == (1, 0)
     result = pantelides(signature({}, 0, 0))
-    assert isinstance(result, Offsets) and differentiation_index(result) == 0
+    assert isinstance(result, Offsets)
+    assert differentiation_index(result) == 0
 
 
 def test_long_rigid_chain():
@@ -233,6 +241,8 @@ def test_long_rigid_chain():
     chains = chains_of(derivative)
     result = pantelides(incidence_of_pairs(rows, ids, 2 * n - 1, chains).signature())
     assert isinstance(result, Offsets)
-    assert (result.c[:n] == 0).all() and (result.c[n:] == 2).all()
-    assert (result.d[:n] == 2).all() and (result.d[n:] == 0).all()
+    assert (result.c[:n] == 0).all()
+    assert (result.c[n:] == 2).all()
+    assert (result.d[:n] == 2).all()
+    assert (result.d[n:] == 0).all()
     assert result.degrees_of_freedom == 2
