@@ -20,10 +20,13 @@ from acausal.cli.options import (
 )
 from acausal.cli.progress import SimulatedTime
 from acausal.cli.report import report
-from acausal.diagnostics import AcausalError
+from acausal.diagnostics import AcausalError, fail
 
 if TYPE_CHECKING:
     from acausal.results import Result
+
+#: Largest number of variables written without being asked for by name.
+MOST_UNASKED = 100_000
 
 SOLVERS = ("ida", "odes-ida", "odes-cvode", "radau")
 
@@ -103,7 +106,7 @@ but what was computed is kept, 130 interrupted and what was computed is kept.
     "--variables",
     multiple=True,
     metavar="PATTERN",
-    help="Variables to keep; * stands for any text. May be repeated.",
+    help="Variables to keep, e.g. 'link[*].angle' or 'c.*'. May be repeated.",
 )
 @click.option("--no-progress", is_flag=True, help="Draw no progress bar.")
 @click.option("--timings", is_flag=True, help="Show how long each stage took.")
@@ -150,6 +153,8 @@ def command(
         report(error, as_json, {f"<{name}>": str(value) for name, value in values.items()})
         return EXIT_MODEL
     report(compiled.warnings, as_json)
+    if output is not None and not patterns:
+        _refuse_unasked(compiled.system.variables.count)
     shown = sys.stderr.isatty() and not no_progress and not as_json
     with SimulatedTime(start_time or 0.0, shown) as progress:
         result = compiled.simulate(
@@ -169,6 +174,17 @@ def command(
         written = time.perf_counter() - simulated
         _show_timings({**compiled.timings, "write": written}, time.perf_counter() - begin)
     return _exit_code(result)
+
+
+def _refuse_unasked(count: int) -> None:
+    """Refuse to write a table that nobody can have meant, before it is computed."""
+    if count > MOST_UNASKED:
+        fail(
+            "F206",
+            f"the model has {count} variables; a table of all of them is hardly meant",
+            help="choose some with --variables, e.g. --variables 'section[1].*'; "
+            "--variables '*' writes all",
+        )
 
 
 def _patterns(variables: tuple[str, ...]) -> tuple[str, ...]:

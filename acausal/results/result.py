@@ -117,12 +117,16 @@ class Result:
     diagnostics: tuple[Diagnostic, ...] = ()
 
     def __getitem__(self, path: str) -> Any:
-        """Return a :class:`Trajectory`, or for a pattern a dictionary of them by path.
+        """Return a :class:`Trajectory`, or a dictionary of them by path.
+
+        A dictionary is returned for a pattern and for an array (a missing subscript).
 
         Raises:
             AcausalError: ``N901`` if there is no such variable.
         """
-        return self.select(path) if is_pattern(path) else self.trajectory(path)
+        if is_pattern(path) or len(self.variables.find(path)) > 1:
+            return self.select(path)
+        return self.trajectory(path)
 
     def __contains__(self, path: object) -> bool:
         if not isinstance(path, str):

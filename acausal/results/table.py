@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.diagnostics.suggest import nearest
-from acausal.results.patterns import is_pattern, matching
+from acausal.results.patterns import matching
 
 
 class TableSource:
@@ -36,9 +36,9 @@ class TableSource:
 
     def find(self, pattern: str) -> list[str]:
         """Return the paths that match."""
-        if is_pattern(pattern):
-            return matching(pattern, self._columns)
-        return [pattern] if pattern in self._columns else []
+        if pattern in self._columns:
+            return [pattern]
+        return matching(pattern, self._columns)
 
     def values(self, path: str) -> NDArray[np.float64]:
         """Return a column, shape ``(nt,)``.

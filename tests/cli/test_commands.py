@@ -27,6 +27,7 @@ class Compiled:
         self.ending = ending
         self.timings = {"parse": 0.001, "flatten": 0.002}
         self.warnings: tuple[Diagnostic, ...] = ()
+        self.system = types.SimpleNamespace(variables=types.SimpleNamespace(count=2))
 
     def simulate(self, **asked) -> Result:
         self.calls.append(asked)
@@ -59,7 +60,10 @@ class Compiler(types.ModuleType):
         self.calls.append({"path": path, "model": model, "parameters": parameters})
         if self.error is not None:
             raise self.error
-        return Compiled(self.calls, self.ending)
+        compiled = Compiled(self.calls, self.ending)
+        if parameters and "huge" in parameters:
+            compiled.system.variables.count = 10**6
+        return compiled
 
     def check_file(self, path, model=None) -> str:
         if self.error is not None:
@@ -185,13 +189,14 @@ def test_wrong_command_lines(compiler, capsys, words):
         ("simulate a.acm --output none/run.csv", "F202"),
         ("simulate a.acm --plot .", "F201"),
         ("simulate a.acm -v nothing", "N901"),
+        ("simulate a.acm -p huge=1 -o run.csv", "F206"),
         ("list Resistr", "N150"),
     ],
 )
 def test_coded_messages(compiler, capsys, words, code):
     assert execute(words.split()) == 1
     assert f"error[{code}]" in capsys.readouterr().err
-    if code.startswith("F"):
+    if code in ("F201", "F202"):
         assert compiler.calls == []
 
 

@@ -83,6 +83,7 @@ def test_outside_the_interval_is_refused(result, time):
 
 def test_wildcards(result):
     assert list(result["link[*].angle"]) == ["link[1].angle", "link[2].angle"]
+    assert list(result["link.angle"]) == ["link[1].angle", "link[2].angle"]
     assert list(result["link[2].*"]) == ["link[2].angle", "link[2].part[1,3].x"]
     assert result.matrix("link[*].angle").shape == (11, 2)
     assert result.find("l.i", "*", "l.i")[0] == "l.i"
@@ -110,9 +111,28 @@ def test_unknown_names(result, path):
         ("a[*].b", "a[1,2].b", True),
         ("a[*].b", "a[1].c[2].b", False),
         ("*.v", "a.v", True),
+        ("*.v", "a.b.v", False),
+        ("*", "a.b[1].c", True),
+        ("*", "der(a.b)", True),
+        ("a*.v", "ab[3].v", True),
+        ("a?.v", "ab.v", True),
+        ("a?.v", "abc.v", False),
         ("a.b", "axb", False),
-        ("a[1]*", "a1", False),
-        ("**", "x", True),
+        ("a.b", "a[3].b", True),
+        ("a[1].b", "a[12].b", False),
+        ("a[2:10].b", "a[10].b", True),
+        ("a[2:10].b", "a[1].b", False),
+        ("a[2:10].b", "a[100].b", False),
+        ("a[2].b", "a[2,3].b", True),
+        ("a[*,3].b", "a[2,3].b", True),
+        ("a[*,3].b", "a[3,2].b", False),
+        ("der(a.*)", "der(a.b)", True),
+        ("der(a.*)", "a.b", False),
+        ("a.*", "ab.c", False),
+        ("a..b", "a.b", False),
+        ("a.", "a.", False),
+        ("", "", False),
+        ("[*]", "a", False),
     ],
 )
 def test_patterns(pattern, path, match):
@@ -306,7 +326,7 @@ class Counting:
         raise AssertionError("all names were built")
 
     def find(self, pattern: str) -> list[str]:
-        return [f"x[{i}]" for i in range(3)]
+        return [f"x[{i}]" for i in range(3)] if "*" in pattern else [pattern]
 
     def values(self, path: str):
         self.named += 1
