@@ -30,18 +30,25 @@ Array = NDArray[np.float64]
 DEFAULT_TOLERANCE = 1e-6
 #: Absolute tolerance as a share of the relative one, times the nominal value of a variable.
 ABSOLUTE_SHARE = 1e-3
-#: States are looked at after so many steps at most.
-STEPS_BETWEEN_LOOKS = 5
+#: States are looked at again after so many steps; twice as many after every look that changed
+#: nothing, up to the second number, which a look at fewer columns than that does not reach:
+#: small systems are cheap to look at. A step that fails looks at them, too.
+STEPS_BETWEEN_LOOKS = (4, 64)
+
+
+#: Numbers that may be spent on keeping earlier choices of states ready for use.
+KEPT = 4_000_000
 
 
 @dataclass
 class _Assembled:
-    """The system for one choice of states."""
+    """The system for one choice of states, and its integrator once there is one."""
 
     states: Ids
     layout: Layout
     native: NativeProblem
     observer: Observer
+    integrator: Integrator | None = None
 
 
 @dataclass
@@ -61,6 +68,7 @@ class _Run:
     solve_time: float = 0.0
     integrator: Integrator | None = None
     current: _Assembled | None = None
+    kept: dict[bytes, _Assembled] = field(default_factory=dict)
     reselections: int = 0
     time: float = 0.0
 
@@ -87,10 +95,10 @@ class _Run:
     def begin(self, t: float, values: Array, states: Ids) -> None:
         """Start or restart the integrator at consistent values."""
         if self.current is None or not np.array_equal(states, self.current.states):
-            self._finish_integrator()
-            self.current = self.assembled(states)
+            self._change(states)
+        assert self.current is not None
         y, yp = unknowns_of(self.current.layout, values)
-        if self.integrator is None:
+        if self.current.integrator is None:
             options = Options(
                 relative_tolerance=self.tolerance,
                 absolute_tolerance=self.tolerance * ABSOLUTE_SHARE,
@@ -98,22 +106,35 @@ class _Run:
                 progress=self._progress if self.request.progress is not None else None,
                 labels=SystemLabels(self.system, self.current.layout),
             )
-            self.integrator = create(
+            self.current.integrator = create(
                 self.request.solver, self.current.native, t, y, yp, options
             )
         else:
-            self.integrator.restart(t, y, yp)
+            self.current.integrator.restart(t, y, yp)
+        self.integrator = self.current.integrator
         self.time = t
+
+    def _change(self, states: Ids) -> None:
+        """Make another choice of states the present one."""
+        key = states.tobytes()
+        found = self.kept.pop(key, None) or self.assembled(states)
+        self.kept[key] = found  # the last one used stands last
+        size = sum(a.native.problem.nnz + len(a.layout.position) for a in self.kept.values())
+        while size > KEPT and len(self.kept) > 1:
+            oldest = self.kept.pop(next(iter(self.kept)))
+            size -= oldest.native.problem.nnz + len(oldest.layout.position)
+            self._finish(oldest)
+        self.current = found
 
     def _progress(self, t: float) -> None:
         assert self.request.progress is not None
         self.request.progress(t, self.stop)
 
-    def _finish_integrator(self) -> None:
-        if self.integrator is not None:
-            self.statistics.append(self.integrator.statistics)
-            self.integrator.close()
-            self.integrator = None
+    def _finish(self, assembled: _Assembled) -> None:
+        if assembled.integrator is not None:
+            self.statistics.append(assembled.integrator.statistics)
+            assembled.integrator.close()
+            assembled.integrator = None
 
     def values(self) -> Array:
         """Return the values of all ids where the integrator stands."""
@@ -162,7 +183,8 @@ class _Run:
         """Step by step, looking at the choice of states in between."""
         assert self.integrator is not None and self.current is not None
         done = 0
-        since = 0
+        since, pause = 0, STEPS_BETWEEN_LOOKS[0]
+        longest = min(max(self.selector.columns, pause), STEPS_BETWEEN_LOOKS[1])
         while self.integrator.t < limit:
             step = self.integrator.step(limit)
             if step.status in (Status.FAILED, Status.INTERRUPTED):
@@ -185,11 +207,12 @@ class _Run:
             self.time = self.integrator.t
             if self.request.progress is not None:
                 self._progress(self.time)
-            if since >= STEPS_BETWEEN_LOOKS and self.integrator.t < limit:
-                since = 0
+            if since >= pause and self.integrator.t < limit:
+                since, pause = 0, min(2 * pause, longest)
                 values = self.values()
                 states = self.selector.better(values, self.integrator.t)
                 if states is not None:
+                    pause = STEPS_BETWEEN_LOOKS[0]
                     self.begin(self.integrator.t, values, states)
                     self.reselections += 1
         self.time = limit
@@ -201,7 +224,9 @@ class _Run:
 
     def totals(self) -> dict[str, float | int | str]:
         """Return the statistics of the whole run."""
-        self._finish_integrator()
+        for assembled in self.kept.values():
+            self._finish(assembled)
+        self.integrator = None
         names = (
             "steps", "residual_evaluations", "jacobian_evaluations", "error_test_failures",
             "convergence_failures",

@@ -24,7 +24,7 @@ from acausal.structural.reselection import reselect
 Array = NDArray[np.float64]
 
 #: Other states are chosen during the run when that multiplies a determinant by this factor.
-CHANGE_ABOVE = 5.0
+CHANGE_ABOVE = 2.0
 #: And by this one when the integrator has failed and anything better may help.
 CHANGE_IN_NEED = 1.5
 
@@ -40,6 +40,13 @@ class StateSelector:
     def has_alternatives(self) -> bool:
         """True if the choice has to be watched during the run."""
         return self.selection is not None and self.selection.alternatives.any
+
+    @property
+    def columns(self) -> int:
+        """Number of columns of the largest block that is watched."""
+        if self.selection is None:
+            return 0
+        return max((s.bases.shape[1] for s in self.selection.alternatives.shapes), default=0)
 
     @property
     def _original(self) -> tuple[int, ...]:
