@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ SAME_START = 1e-9
 
 
 def merged_attributes(
-    variables: Variables, representative: Ids, sign: Signs, names: Names
+    variables: Variables, representative: Ids, sign: Signs, names: Names, ids: Ids
 ) -> Variables:
     """Return attributes in which each representative speaks for its class.
 
@@ -30,6 +31,7 @@ def merged_attributes(
         representative: Who stands for each variable, shape ``(n,)``.
         sign: 1, -1, or 0 for a known zero, shape ``(n,)``.
         names: For messages.
+        ids: Number of each variable in ``names``.
 
     Raises:
         AcausalError: I001 if two fixed starts of one class differ, I002 if a variable that is
@@ -42,12 +44,12 @@ def merged_attributes(
         (sign[members] == 0) & variables.fixed[members] & (variables.start[members] != 0.0)
     ]
     if wrong.shape[0]:
-        _fail_zero(int(wrong[0]), variables, names)
+        _fail_zero(int(wrong[0]), variables, names, ids)
     members = members[sign[members] != 0]
     changes: dict[str, NDArray[np.generic]] = {}
     told = members[variables.start_given[members] | variables.fixed[members]]
     if told.shape[0]:
-        changes |= _start(variables, told, representative[told], sign[told], names)
+        changes |= _start(variables, told, representative[told], sign[told], names, ids)
 
     told = members[variables.nominal[members] != 1.0]
     told = told[variables.nominal[representative[told]] == 1.0]
@@ -81,7 +83,7 @@ def merged_attributes(
 
 
 def _start(
-    variables: Variables, members: Ids, heads: Ids, sign: Signs, names: Names
+    variables: Variables, members: Ids, heads: Ids, sign: Signs, names: Names, ids: Ids
 ) -> dict[str, NDArray[np.generic]]:
     """Return merged start values, and whether they are given and fixed."""
     start, given = variables.start.copy(), variables.start_given.copy()
@@ -100,35 +102,34 @@ def _start(
         member, head = int(members[clash[0]]), int(heads[clash[0]])
         if not variables.fixed[head]:
             head = int(members[(heads == head) & variables.fixed[members]][0])
-        _fail_conflict(head, member, variables, names)
+        _fail_conflict(head, member, variables, names, ids)
     return {"start": start, "start_given": given, "fixed": fixed}
 
 
-def _labels(pairs: list[tuple[int, str]], names: Names) -> list[Label]:
-    spans = [(names.declaration(variable), text) for variable, text in pairs]
-    return [Label(span, text) for span, text in spans if span is not None]
-
-
-def _fail_conflict(first: int, second: int, variables: Variables, names: Names) -> None:
-    a, b = names.variable(first), names.variable(second)
+def _fail_conflict(
+    first: int, second: int, variables: Variables, names: Names, ids: Ids
+) -> NoReturn:
     p, q = variables.start[first], variables.start[second]
+    first, second = int(ids[first]), int(ids[second])
+    a, b = names.variable(first), names.variable(second)
+    other = names.declaration(second)
     fail(
         "I001",
         f"{a} and {b} are always equal (up to sign) but are to start at different values",
         names.declaration(first),
         label=f"{a} starts at {p:g}",
-        labels=_labels([(second, f"{b} starts at {q:g}")], names),
+        labels=[Label(other, f"{b} starts at {q:g}")] if other is not None else [],
         notes=[f"{a}(start = {p:g}, fixed = true), {b}(start = {q:g}, fixed = true)"],
         help=f"remove fixed = true from {a} or from {b}",
     )
 
 
-def _fail_zero(variable: int, variables: Variables, names: Names) -> None:
-    path, value = names.variable(variable), variables.start[variable]
+def _fail_zero(variable: int, variables: Variables, names: Names, ids: Ids) -> NoReturn:
+    path, value = names.variable(int(ids[variable])), variables.start[variable]
     fail(
         "I002",
         f"{path} is always zero by the equations but is to start at {value:g}",
-        names.declaration(variable),
+        names.declaration(int(ids[variable])),
         label=f"{path} starts at {value:g}",
         help=f"remove fixed = true from {path}",
     )

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.elimination.alias_classes import AliasClasses, alias_classes
+from acausal.elimination.alias_classes import alias_classes
 from acausal.elimination.alias_rows import (
     alias_rows,
     combined_contributions,
@@ -18,16 +17,16 @@ from acausal.elimination.alias_rows import (
 from acausal.elimination.attributes import merged_attributes
 from acausal.elimination.families import (
     merge_families,
-    renumbered,
     row_counts,
     use_counts,
     variable_slots,
 )
 from acausal.elimination.locals import choose_definitions, put_in
 from acausal.elimination.outputs import sweep_outputs
-from acausal.elimination.rewriting import rewritten, split_duplicates
+from acausal.elimination.rewriting import rewritten
 from acausal.elimination.signed_components import Signs
-from acausal.flattening.model import EquationFamily, FlatModel, Ids, StateSelect, Variables
+from acausal.elimination.working import System, compacted, expanded, whole_model
+from acausal.flattening.model import EquationFamily, FlatModel, Ids, Names, StateSelect
 
 #: Rounds of elimination; each makes what is left smaller, few are ever needed.
 MAX_ROUNDS = 12
@@ -93,23 +92,6 @@ class Elimination:
     counts: Counts
 
 
-@dataclass(frozen=True)
-class _System:
-    """What changes from round to round."""
-
-    families: tuple[EquationFamily, ...]
-    others: tuple[tuple[EquationFamily, ...], ...]
-    definitions: tuple[tuple[EquationFamily, ...], ...]
-    divisors: tuple[EquationFamily, ...]
-    variables: Variables
-    derivative: Ids
-    representative: Ids
-    sign: Signs
-    defined: NDArray[np.bool_]
-    removed: NDArray[np.bool_]
-    redundant: tuple[Ids, ...]
-
-
 def eliminate(
     model: FlatModel, *, explicit_locals: bool = True, divide_by_parameters: bool = False
 ) -> Elimination:
@@ -129,29 +111,33 @@ def eliminate(
         AcausalError: I001, I002 if fixed start values of equal variables contradict.
     """
     kept = np.zeros(model.variables.count, dtype=np.bool_)
+    whole = whole_model(model)
+    whole = _merged_once(whole, model.names) or whole
+    # Most variables and rows are gone now. What is left is numbered anew for the rounds.
+    small = compacted(whole)
+    parameters = model.parameters if divide_by_parameters else None
     while True:
-        system = _start(model)
+        system = small
         rounds = 0
         progress = True
         while progress and rounds < MAX_ROUNDS:
             rounds += 1
-            progress, system = _without_aliases(system, model)
+            progress, system = _without_aliases(system, model.names)
             if explicit_locals:
-                parameters = model.parameters if divide_by_parameters else None
-                changed, system = _without_locals(system, kept, model.n_rows, parameters)
+                changed, system = _without_locals(system, kept[system.ids], parameters)
                 progress = progress or changed
         needed = _definitions_of_lost_derivatives(system)
         if needed.shape[0] == 0:
-            return _finish(model, system, rounds)
-        kept[needed] = True
+            return _finish(model, expanded(system, whole), rounds)
+        kept[system.ids[needed]] = True
 
 
-def _definitions_of_lost_derivatives(system: _System) -> Ids:
+def _definitions_of_lost_derivatives(system: System) -> Ids:
     """Return variables whose definitions refer to a derivative that is left in no row.
 
     Nothing would make index reduction find such a derivative, so the row has to stay.
     """
-    n = system.representative.shape[0]
+    n = system.n_variables
     lost = np.zeros(n, dtype=np.bool_)
     lost[system.derivative[system.derivative >= 0]] = True
     lost &= use_counts(system.families, n) == 0
@@ -164,91 +150,60 @@ def _definitions_of_lost_derivatives(system: _System) -> Ids:
     return np.flatnonzero(found)
 
 
-def _start(model: FlatModel) -> _System:
-    n = model.variables.count
-
-    def tidy(families: Sequence[EquationFamily]) -> tuple[EquationFamily, ...]:
-        parts: list[EquationFamily] = []
-        for family in families:
-            parts += split_duplicates(renumbered(family, family.template))
-        return merge_families(parts)
-
-    return _System(
-        tidy(model.families),
-        (model.initial, *((assertion.family,) for assertion in model.assertions)),
-        (),
-        (),
-        model.variables,
-        model.derivative,
-        np.arange(n),
-        np.ones(n, dtype=np.int8),
-        np.zeros(n, dtype=np.bool_),
-        np.zeros(model.n_rows, dtype=np.bool_),
-        (),
-    )
-
-
-def _without_aliases(system: _System, model: FlatModel) -> tuple[bool, _System]:
+def _without_aliases(system: System, names: Names) -> tuple[bool, System]:
     """Merge aliases and zeros until none is found."""
     changed = False
     while True:
-        families = without_zeros(system.families)
-        counts = row_counts(families, model.n_rows)
-        aliases = alias_rows(families, counts)
-        system = replace(system, families=families)
-        if aliases.rows.shape[0] == 0:
+        merged = _merged_once(system, names)
+        if merged is None:
             return changed, system
-        select = system.variables.state_select
-        priority = (
-            4 * (select > StateSelect.DEFAULT).astype(np.int8)
-            + 2 * system.variables.fixed.astype(np.int8)
-            + system.variables.start_given.astype(np.int8)
-        ).astype(np.int8)
-        classes = alias_classes(aliases, system.derivative, priority)
-        if classes.used.rows.shape[0] == 0:
-            return changed, system
-        system = _merged(system, classes, model)
-        changed = True
+        system, changed = merged, True
 
 
-def _merged(system: _System, classes: AliasClasses, model: FlatModel) -> _System:
-    """Return the system with alias classes merged and their rows gone."""
+def _merged_once(system: System, names: Names) -> System | None:
+    """Return the system with alias classes merged and their rows gone; None without aliases."""
+    families = without_zeros(system.families)
+    aliases = alias_rows(families, row_counts(families, system.n_rows))
+    if aliases.rows.shape[0] == 0:
+        return None
+    select = system.variables.state_select
+    priority = (
+        4 * (select > StateSelect.DEFAULT).astype(np.int8)
+        + 2 * system.variables.fixed.astype(np.int8)
+        + system.variables.start_given.astype(np.int8)
+    ).astype(np.int8)
+    classes = alias_classes(aliases, system.derivative, priority)
     rows = classes.used.rows
+    if rows.shape[0] == 0:
+        return None
+    representative, sign = classes.representative, classes.sign
     removed = system.removed.copy()
     removed[rows] = True
-    families = without_rows(system.families, removed)
-    families = rewritten(families, classes.representative, classes.sign)
-    n = system.representative.shape[0]
-    families = combined_contributions(families, row_counts(families, model.n_rows), n)
-    sign = system.sign * classes.sign[system.representative]
+    families = rewritten(without_rows(families, removed), representative, sign)
+    families = combined_contributions(
+        families, row_counts(families, system.n_rows), system.n_variables
+    )
     return replace(
         system,
-        families=families,
-        others=tuple(
-            rewritten(group, classes.representative, classes.sign) for group in system.others
-        ),
-        definitions=tuple(
-            rewritten(group, classes.representative, classes.sign) for group in system.definitions
-        ),
-        variables=merged_attributes(
-            system.variables, classes.representative, classes.sign, model.names
-        ),
+        families=without_zeros(families),
+        others=tuple(rewritten(group, representative, sign) for group in system.others),
+        definitions=tuple(rewritten(group, representative, sign) for group in system.definitions),
+        variables=merged_attributes(system.variables, representative, sign, names, system.ids),
         derivative=classes.derivative,
-        representative=classes.representative[system.representative],
-        sign=sign,
+        representative=representative[system.representative],
+        sign=system.sign * sign[system.representative],
         removed=removed,
         redundant=(*system.redundant, rows[classes.redundant].astype(np.int64)),
     )
 
 
 def _without_locals(
-    system: _System,
+    system: System,
     kept: NDArray[np.bool_],
-    n_rows: int,
     parameters: NDArray[np.float64] | None,
-) -> tuple[bool, _System]:
+) -> tuple[bool, System]:
     """Take out pure outputs, then one batch of explicit locals."""
-    n = system.representative.shape[0]
+    n = system.n_variables
     variables = system.variables
     blocked = (
         variables.fixed
@@ -266,7 +221,7 @@ def _without_locals(
             elsewhere[family.operands[variable_slots(family)].ravel()] = True
     changed = False
     for sweeps in range(MAX_SWEEPS + 1):
-        counts = row_counts(system.families, n_rows)
+        counts = row_counts(system.families, system.n_rows)
         uses = use_counts(system.families, n)
         if sweeps == MAX_SWEEPS:
             break
@@ -288,7 +243,7 @@ def _without_locals(
         divisors=merge_families([*system.divisors, *[d for d in divisors if d is not None]]),
     )
     rows = np.concatenate([d.family.rows[d.members] for d in chosen])
-    removed = np.zeros(n_rows, dtype=np.bool_)
+    removed = np.zeros(system.n_rows, dtype=np.bool_)
     removed[rows] = True
     families = put_in(without_rows(system.families, removed), chosen, n)
     others = tuple(put_in(group, chosen, n) for group in system.others)
@@ -297,12 +252,12 @@ def _without_locals(
 
 
 def _defined(
-    system: _System,
+    system: System,
     families: tuple[EquationFamily, ...],
     definitions: tuple[EquationFamily, ...],
     variables: Ids,
     rows: Ids,
-) -> _System:
+) -> System:
     """Return the system after variables got definitions; later ones are evaluated first."""
     defined, removed = system.defined.copy(), system.removed.copy()
     defined[variables] = True
@@ -316,8 +271,8 @@ def _defined(
     )
 
 
-def _finish(model: FlatModel, system: _System, rounds: int) -> Elimination:
-    n = system.representative.shape[0]
+def _finish(model: FlatModel, system: System, rounds: int) -> Elimination:
+    n = system.n_variables
     counts = row_counts(system.families, model.n_rows)
     present = counts > 0
     row_of = np.flatnonzero(present)

@@ -1,0 +1,207 @@
+"""What changes from round to round of the elimination, and its numbering.
+
+After the first merge of aliases most variables and rows are gone. The rounds that follow work on
+those that are left, numbered anew, so that they cost what is left and not what there was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.elimination.families import (
+    merge_families,
+    renumbered,
+    row_counts,
+    use_counts,
+    variable_slots,
+)
+from acausal.elimination.rewriting import split_duplicates
+from acausal.elimination.signed_components import Signs
+from acausal.flattening.model import EquationFamily, FlatModel, Ids, Variables
+
+Group = tuple[EquationFamily, ...]
+
+
+@dataclass(frozen=True)
+class System:
+    """A model under elimination.
+
+    Attributes:
+        families: Families of the rows.
+        others: Families that follow but make no row: initial equations, assertions.
+        definitions: Definitions by batch, in order of evaluation; ``rows`` holds variables.
+        divisors: What definitions divide by.
+        variables: Attributes.
+        derivative: Derivative of each representative, or -1.
+        representative: Who stands for each variable.
+        sign: 1, -1, or 0 for a known zero.
+        defined: Variables that have a definition.
+        removed: Rows that were used up.
+        redundant: Rows that say nothing new.
+        ids: Number of each variable in the model.
+        rows: Number of each row in the model.
+    """
+
+    families: Group
+    others: tuple[Group, ...]
+    definitions: tuple[Group, ...]
+    divisors: Group
+    variables: Variables
+    derivative: Ids
+    representative: Ids
+    sign: Signs
+    defined: NDArray[np.bool_]
+    removed: NDArray[np.bool_]
+    redundant: tuple[Ids, ...]
+    ids: Ids
+    rows: Ids
+
+    @property
+    def n_variables(self) -> int:
+        """Number of variables."""
+        return int(self.ids.shape[0])
+
+    @property
+    def n_rows(self) -> int:
+        """Number of rows."""
+        return int(self.rows.shape[0])
+
+
+def whole_model(model: FlatModel) -> System:
+    """Return a model before anything is eliminated."""
+    n = model.variables.count
+
+    def tidy(families: Sequence[EquationFamily]) -> Group:
+        parts: list[EquationFamily] = []
+        for family in families:
+            parts += split_duplicates(renumbered(family, family.template))
+        return merge_families(parts)
+
+    return System(
+        tidy(model.families),
+        (model.initial, *((assertion.family,) for assertion in model.assertions)),
+        (),
+        (),
+        model.variables,
+        model.derivative,
+        np.arange(n),
+        np.ones(n, dtype=np.int8),
+        np.zeros(n, dtype=np.bool_),
+        np.zeros(model.n_rows, dtype=np.bool_),
+        (),
+        np.arange(n),
+        np.arange(model.n_rows),
+    )
+
+
+def _mapped(families: Group, variable: Ids, row: Ids | None) -> Group:
+    """Return families with variables, and rows if they are any, numbered by other numbers."""
+    result: list[EquationFamily] = []
+    for family in families:
+        operands = family.operands.copy()
+        for j in variable_slots(family):
+            operands[j] = variable[family.operands[j]]
+        rows = family.rows if row is None else row[family.rows]
+        result.append(replace(family, operands=operands, rows=rows))
+    return tuple(result)
+
+
+def compacted(system: System) -> System:
+    """Return the system of the variables and rows that are left, numbered anew.
+
+    Variables without any use stay out; what is derived from a variable stays with it.
+    """
+    kept = use_counts(
+        (*system.families, *(f for g in system.others for f in g)), system.n_variables
+    )
+    used = kept > 0
+    mothers = np.flatnonzero(system.derivative >= 0)
+    while True:
+        new = mothers[used[mothers] != used[system.derivative[mothers]]]
+        if new.shape[0] == 0:
+            break
+        used[new] = True
+        used[system.derivative[new]] = True
+    ids = np.flatnonzero(used)
+    number = np.full(system.n_variables, -1, dtype=np.int64)
+    number[ids] = np.arange(ids.shape[0])
+    present = row_counts(system.families, system.n_rows) > 0
+    rows = np.flatnonzero(present)
+    row = np.cumsum(present) - 1
+    derivative = system.derivative[ids]
+    derivative[derivative >= 0] = number[derivative[derivative >= 0]]
+    v = system.variables
+    return System(
+        _mapped(system.families, number, row),
+        tuple(_mapped(group, number, None) for group in system.others),
+        (),
+        (),
+        Variables(
+            v.start[ids],
+            v.start_given[ids],
+            v.fixed[ids],
+            v.nominal[ids],
+            v.minimum[ids],
+            v.maximum[ids],
+            v.state_select[ids],
+        ),
+        derivative,
+        np.arange(ids.shape[0]),
+        np.ones(ids.shape[0], dtype=np.int8),
+        np.zeros(ids.shape[0], dtype=np.bool_),
+        np.zeros(rows.shape[0], dtype=np.bool_),
+        (),
+        ids,
+        rows,
+    )
+
+
+def expanded(small: System, whole: System) -> System:
+    """Return a system in the numbers of the model.
+
+    Args:
+        small: What became of ``compacted(whole)``.
+        whole: The system before it was numbered anew.
+    """
+    ids, rows = small.ids, small.rows
+    heads, sign = np.arange(whole.n_variables), np.ones(whole.n_variables, dtype=np.int8)
+    heads[ids] = ids[small.representative]
+    sign[ids] = small.sign
+    removed, defined = whole.removed.copy(), whole.defined.copy()
+    removed[rows] = small.removed
+    defined[ids] = small.defined
+    derivative = whole.derivative.copy()
+    derivative[ids] = -1
+    mothers = np.flatnonzero(small.derivative >= 0)
+    derivative[ids[mothers]] = ids[small.derivative[mothers]]
+
+    def scattered(name: str) -> NDArray[np.generic]:
+        before = getattr(whole.variables, name)
+        after = getattr(small.variables, name)
+        if np.array_equal(before[ids], after, equal_nan=False):
+            unchanged: NDArray[np.generic] = before
+            return unchanged
+        result: NDArray[np.generic] = before.copy()
+        result[ids] = after
+        return result
+
+    names = ("start", "start_given", "fixed", "nominal", "minimum", "maximum", "state_select")
+    return System(
+        _mapped(small.families, ids, rows),
+        tuple(_mapped(group, ids, None) for group in small.others),
+        tuple(_mapped(group, ids, ids) for group in small.definitions),
+        _mapped(small.divisors, ids, ids),
+        replace(whole.variables, **{name: scattered(name) for name in names}),  # type: ignore[arg-type]
+        derivative,
+        heads[whole.representative],
+        whole.sign * sign[whole.representative],
+        defined,
+        removed,
+        (*whole.redundant, *(rows[part] for part in small.redundant)),
+        whole.ids,
+        whole.rows,
+    )
