@@ -31,6 +31,8 @@ Floats = NDArray[np.float64]
 PIVOT_TOLERANCE: Final = (0.0, 1e-6, 1e-3, 1e-3, 1e-6, 0.0)
 #: Rank of a column that cannot have a depth of this level.
 IMPOSSIBLE: Final = 6
+#: Number of entries of a single matrix from which on LAPACK chooses, where it can.
+LARGE: Final = 50_000
 #: A column of higher rank takes the place of one of lower rank only for such a gain.
 RANK_THRESHOLD: Final = 1e3
 #: The same where a variable is never, or always, to be a state.
@@ -75,6 +77,8 @@ def choose_columns(matrices: Floats, levels: Ints, ranks: Ints) -> Ints:
         Depths, shape ``(b, n)``.
     """
     b, m, n = matrices.shape
+    if b == 1 and m * n > LARGE and bool((np.ptp(ranks, axis=2) == 0).all()):
+        return _choose_by_orthogonalisation(matrices[0], levels)[None]
     rest = matrices.copy()
     depth = np.zeros((b, n), np.int64)
     free_row = np.ones((b, m), np.bool_)
@@ -103,6 +107,32 @@ def choose_columns(matrices: Floats, levels: Ints, ranks: Ints) -> Ints:
                 free_row[todo, row] = False
                 depth[todo, column] = level
                 todo = todo[(free_row[todo] & active).any(axis=1)]
+    return depth
+
+
+def _choose_by_orthogonalisation(matrix: Floats, levels: Ints) -> Ints:
+    """Choose columns of equal rank of one large matrix; LAPACK does the work.
+
+    Per level, QR factorisation with column pivoting (Businger and Golub 1965,
+    doi 10.1007/BF01436084) of what the rows of deeper levels leave.
+    """
+    from scipy.linalg import qr
+
+    n = matrix.shape[1]
+    depth = np.zeros(n, np.int64)
+    done = 0
+    for level in range(int(levels[0]), 0, -1):
+        size = int(np.count_nonzero(levels >= level))
+        if size == done:
+            continue
+        chosen, others = np.flatnonzero(depth > 0), np.flatnonzero(depth == 0)
+        rest = matrix[done:size, others]
+        if done:
+            solved = np.linalg.solve(matrix[:done, chosen], matrix[:done, others])
+            rest = rest - matrix[done:size, chosen] @ solved
+        pivots = qr(rest, mode="r", pivoting=True)[1]
+        depth[others[pivots[: size - done]]] = level
+        done = size
     return depth
 
 

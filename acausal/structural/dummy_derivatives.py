@@ -97,8 +97,8 @@ class Alternatives:
     Attributes:
         entries: Where the Jacobian is needed to judge it.
         shapes: All blocks, by shape.
-        monitored: For each shape which of its blocks have a choice and a Jacobian that changes,
-            shape ``(b,)``.
+        monitored: For each shape which of its blocks have a choice that can become a bad one,
+            shape ``(b,)``. A choice whose Jacobian is constant stays as good as it is.
         nominal: Nominal value of the variable of each entry, which scales columns.
         wishes: :class:`StateSelect` of each id.
     """
@@ -143,6 +143,17 @@ class StateSelection:
     dummy_in_spite: Ids
     state_in_spite: Ids
     alternatives: Alternatives
+
+    @property
+    def is_active(self) -> Mask:
+        """Which ids are unknowns of the reduced system.
+
+        Ids that are derivatives of a higher order than any row has are not.
+        """
+        base = self.chains.base
+        active: Mask = base >= 0
+        active[active] = self.chains.order[active] <= self.d[base[active]]
+        return active
 
     @property
     def states(self) -> Ids:
@@ -190,13 +201,14 @@ def select_states(
     if constant is None:
         constant = np.zeros(entries.rows.shape[0], np.bool_)
     shapes = _shapes(entries, offsets, _ranks(chains, offsets, wishes))
-    monitored = tuple(_changing(shape, constant) for shape in shapes)
-    alternatives = Alternatives(entries, shapes, monitored, scale[entries.variables], wishes)
-    values = values * alternatives.nominal
+    nominal_of_entry = scale[entries.variables]
+    values = values * nominal_of_entry
     depth = np.zeros(chains.n_bases, np.int64)
     for shape in shapes:
         for part in batches(shape):
             depth[part.bases] = choose_depths(part, values, tau)
+    monitored = tuple(_changing(shape, constant, depth) for shape in shapes)
+    alternatives = Alternatives(entries, shapes, monitored, nominal_of_entry, wishes)
     return selection_of(chains, offsets.d, depth, alternatives)
 
 
@@ -361,8 +373,11 @@ def _pointer(label: Ids, count: int) -> Ids:
     return pointer
 
 
-def _changing(shape: Shape, constant: Mask) -> Mask:
+def _changing(shape: Shape, constant: Mask, depth: Ids) -> Mask:
+    """Return which blocks have a choice, and among the chosen columns an entry that changes."""
     varies = np.zeros(shape.rows.shape[0], np.bool_)
     if shape.has_choice:
-        varies[shape.block[0][~constant[shape.entries]]] = True
+        block, _, column = shape.block
+        chosen = depth[shape.bases[block, column]] > 0
+        varies[block[chosen & ~constant[shape.entries]]] = True
     return varies

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from acausal.flattening.model import StateSelect
-from acausal.structural import dummy_derivatives
+from acausal.structural import column_choice, dummy_derivatives
 from acausal.structural.dummy_derivatives import StateSelection, select_states
 from acausal.structural.graphs import compress
 from acausal.structural.highest_jacobian import HighestEntries
@@ -56,6 +56,8 @@ class System:
         c, d, depth = self.offsets.c, self.offsets.d, selection.depth
         assert depth.sum() == c.sum() == selection.dummies.shape[0]
         assert (depth <= d).all()
+        # As many unknowns as rows: states need none, their derivatives do.
+        assert np.count_nonzero(selection.is_active) == c.shape[0] + c.sum() + (d - depth).sum()
         assert selection.states.shape[0] == self.offsets.degrees_of_freedom
         jacobian = np.zeros((c.shape[0], d.shape[0]))
         jacobian[self.entries.rows, self.entries.bases] = np.nan_to_num(values)
@@ -296,3 +298,30 @@ def test_very_many_equal_blocks():
     assert new is not None
     assert largest_gain(new, turned) <= 5.0 + 1e-6
     assert compress(np.array([0, 1]), 2).tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize("large", [0, 10**9])
+def test_dense_choice_with_levels(large, monkeypatch):
+    """Elimination and orthogonalisation both nest and reach the bound on ``B^-1 N``."""
+    monkeypatch.setattr(column_choice, "LARGE", large)
+    random = np.random.default_rng(5)
+    matrix = random.normal(size=(1, 12, 30))
+    levels = np.array([3] * 4 + [2] * 3 + [1] * 5)
+    ranks = np.full((1, 3, 30), 3)
+    depth = column_choice.choose_columns(matrix, levels, ranks)
+    assert np.bincount(depth[0]).tolist() == [18, 5, 3, 4]
+    depth, _ = column_choice.improve_columns(matrix, levels, ranks, depth, 2.0)
+    gains, _ = column_choice.exchange_gains(matrix, levels, depth)
+    assert np.exp(gains.max()) <= 2.0
+    assert np.bincount(depth[0]).tolist() == [18, 5, 3, 4]
+
+
+def test_many_ranks_are_taken_in_order():
+    """With a generic matrix the columns of lowest rank become dependent, whatever their size."""
+    random = np.random.default_rng(6)
+    matrix = random.normal(size=(3, 4, 9))
+    ranks = np.tile(np.array([5, 4, 3, 2, 1, 5, 4, 3, 2]), (3, 1, 1))
+    depth = column_choice.choose_columns(matrix, np.ones(4, np.int64), ranks)
+    assert (depth == (ranks[:, 0] <= 3)[:, :] * 1).sum() >= 3 * 8
+    assert (depth[:, [4, 3, 8]] == 1).all()
+    assert (depth[:, [0, 5, 1, 6]] == 0).all()
