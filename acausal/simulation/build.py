@@ -26,7 +26,8 @@ def build_system(
     chains = differentiated.chains
     n = chains.n_variables
     active = np.zeros(n, np.bool_)
-    active[chains.members] = True
+    unknown = chains.members[chains.order[chains.members] <= offsets.d[chains.base[chains.members]]]
+    active[unknown] = True
     new = np.arange(model.variables.count, n)
     return System(
         model.name,

@@ -33,7 +33,7 @@ ABSOLUTE_SHARE = 1e-3
 #: States are looked at again after so many steps; twice as many after every look that changed
 #: nothing, up to the second number, which a look at fewer columns than that does not reach:
 #: small systems are cheap to look at. A step that fails looks at them, too.
-STEPS_BETWEEN_LOOKS = (4, 64)
+STEPS_BETWEEN_LOOKS = (3, 64)
 
 
 #: Numbers that may be spent on keeping earlier choices of states ready for use.

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tube import tube
+from tests.msl.tube import tube
 
 from acausal import compile_file
 
