@@ -226,12 +226,11 @@ def _independent(choice: _Choice, defined: Mask, referred: Mask, spent: Mask) ->
     for j in others:
         conflict |= defined[family.operands[j, members]]
     if conflict.any():
+        own = np.zeros_like(referred)
         for j in others:
-            referred[family.operands[j, members]] = True
+            own[family.operands[j, members]] = True
         defined[x] = False
-        stay = ~(conflict | referred[x])
-        for j in others:
-            referred[family.operands[j, members]] = False
+        stay = ~(conflict | own[x])
         members = members[stay]
         x = x[stay]
         defined[x] = True

@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 import pytest
 from flat_builder import FlatBuilder, OnePorts, S, call, ladder, t
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from acausal.diagnostics import AcausalError
@@ -425,7 +425,12 @@ def networks(draw):
     return nodes, list(zip(branches, kinds, strict=False))
 
 
+# A chain of resistors in which one definition of a batch could refer to another one.
+CHAIN = "G10 G20 G30 G40 R52 G00 R12 R15 R31"
+
+
 @given(networks(), st.booleans(), st.booleans(), st.integers(0, 100))
+@example((6, [((int(b[1]), int(b[2])), b[0]) for b in CHAIN.split()]), True, False, 0)
 @settings(max_examples=150, deadline=None)
 def test_any_network_keeps_its_solutions(network, explicit, divide, seed):
     nodes, branches = network
