@@ -6,14 +6,14 @@ from typing import NoReturn
 
 import numpy as np
 
-from acausal.diagnostics import Diagnostic, Label, Severity, fail
+from acausal.diagnostics import Diagnostic, Label, Severity, Span, fail
 from acausal.flattening.model import Ids
 from acausal.initialization.blocks import BlockSolution
 from acausal.initialization.conditions import Conditions
 from acausal.initialization.newton import Outcome
 from acausal.initialization.problem import StartEquations
 from acausal.initialization.system import StartSystem
-from acausal.initialization.texts import LIST, first_failure, listed, row_text
+from acausal.initialization.texts import LIST, Failure, first_failure, listed, row_text
 
 HELP = {
     Outcome.SINGULAR: "give other start values, or check whether these equations have one solution",
@@ -73,7 +73,8 @@ def fail_conflict(
         texts.append(f"initial equation {words}")
         if span is not None:
             labels.append(Label(span, "this initial equation"))
-    reasons = [row_text(equations, row) for row in model[:LIST].tolist()]
+    # An equation and its derivatives have the same words.
+    reasons = list(dict.fromkeys(row_text(equations, row) for row in model[: 4 * LIST].tolist()))
     labels += [Label(span, words) for words, span in reasons if span is not None]
     too_many = surplus.shape[0] + conditions.surplus_fixed.shape[0]
     first = labels[0].span if labels else None
@@ -84,7 +85,8 @@ def fail_conflict(
         label=labels[0].text if labels else "",
         labels=labels[1:],
         notes=[
-            f"{len(ids) + len(initial)} conditions, {too_many} too many: {listed(texts, 2 * LIST)}",
+            f"{too_many} of these {'is' if too_many == 1 else 'are'} too many: "
+            + listed(texts, 2 * LIST),
             *([f"they are linked by {listed([w for w, _ in reasons])}"] if reasons else []),
         ],
         help="remove fixed = true from one of these variables, or make the values agree",
@@ -106,18 +108,9 @@ def fail_block(equations: StartEquations, solution: BlockSolution, when: str) ->
         problem.put(solution.guess)
         failure = first_failure(problem, system.names)
         if failure is not None:
-            row, words = failure
-            text, span = row_text(equations, row)
-            fail(
-                "I030",
-                f"{words} {when}",
-                span,
-                label=text,
-                labels=condition_labels(system, problem.ids),
-                notes=[f"equation: {text}", f"unknowns: {unknowns}"],
-                help=f"give another start value: {names[0]}(start = ...)",
-            )
-    rows = [row_text(equations, row) for row in worst[:LIST].tolist()]
+            text, span = row_text(equations, failure[0])
+            fail_not_finite(system, failure[1], text, span, when)
+    rows = list(dict.fromkeys(row_text(equations, row) for row in worst[:LIST].tolist()))
     code = "I021" if result.outcome is Outcome.SINGULAR else "I020"
     spans = [Label(span, words) for words, span in rows if span is not None]
     fail(
@@ -137,6 +130,29 @@ def fail_block(equations: StartEquations, solution: BlockSolution, when: str) ->
             ),
         ],
         help=HELP[result.outcome],
+    )
+
+
+def fail_not_finite(
+    system: StartSystem, failure: Failure, text: str, span: Span | None, when: str
+) -> NoReturn:
+    """Report an equation that cannot be evaluated (I030)."""
+    names = system.names
+    advice = "look at the values that enter this equation"
+    if failure.variables:
+        variable = failure.variables[0]
+        fixed = system.variables.fixed[variable]
+        advice = f"give {names.variable(variable)} {'another' if fixed else 'a'} start value"
+    elif failure.parameters:
+        advice = f"give the parameter {names.parameter(failure.parameters[0])} another value"
+    fail(
+        "I030",
+        f"{failure.words} {when}",
+        span,
+        label=text,
+        labels=condition_labels(system, np.array(failure.variables, dtype=np.int64)),
+        notes=[f"equation: {text}"],
+        help=advice,
     )
 
 

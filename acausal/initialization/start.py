@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.diagnostics import Diagnostic
-from acausal.flattening.model import Ids
+from acausal.elimination.recover import family_values
+from acausal.flattening.model import EquationFamily, Ids, Operand
 from acausal.initialization.blocks import solve_blocks
 from acausal.initialization.conditions import Conditions, choose_conditions
 from acausal.initialization.homotopy import model_homotopy, newton_homotopy
@@ -19,6 +20,7 @@ from acausal.initialization.messages import (
     fail_conflict,
     fail_free,
     fail_large,
+    fail_not_finite,
 )
 from acausal.initialization.newton import solve
 from acausal.initialization.pivoting import LARGEST, well_conditioned
@@ -30,7 +32,7 @@ from acausal.initialization.problem import (
     start_equations,
 )
 from acausal.initialization.system import StartSystem
-from acausal.initialization.texts import LIST, row_text
+from acausal.initialization.texts import LIST, failure_of, member_text, row_text
 
 Array = NDArray[np.float64]
 
@@ -109,8 +111,36 @@ def initialize(system: StartSystem, time: float = 0.0) -> Start:
     if violated:
         fail_conflict(equations, conditions, violated)
     values = equations.values()
+    _check_definitions(system, values, time)
     notes, warnings = _remarks(system, conditions)
     return Start(values, conditions.pinned, conditions.chosen, notes, warnings, statistics)
+
+
+def _check_definitions(system: StartSystem, values: Array, time: float) -> None:
+    """Report an eliminated variable that has no finite value at the start."""
+    if not system.definitions:
+        return
+    result = values.copy()
+    for family in system.definitions:
+        result[family.rows] = 0.0
+    for family in system.definitions:
+        np.add.at(result, family.rows, family_values(family, result, system.parameters, time))
+    if all(np.isfinite(result[family.rows]).all() for family in system.definitions):
+        return
+    for family in system.definitions:
+
+        def slot_values(key: object, family: EquationFamily = family) -> Array:
+            assert isinstance(key, int)
+            known = family.kinds[key] == Operand.PARAMETER
+            table = system.parameters if known else result
+            chosen: Array = table[family.operands[key]]
+            return chosen
+
+        members = np.arange(family.count)
+        failure = failure_of(family, members, members, slot_values, time, system.names)
+        if failure is not None:
+            text, span = member_text(family, failure.member, system.names)
+            fail_not_finite(system, failure, text, span, f"at t = {time:g} s")
 
 
 def _solve(

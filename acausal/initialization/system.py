@@ -30,6 +30,8 @@ class StartSystem:
             freedom.
         parameters: Values, shape ``(p,)``.
         names: Paths for messages.
+        definitions: Families of eliminated variables, in the order of evaluation; they are
+            looked at once the start is found, for values that are not finite.
     """
 
     families: tuple[EquationFamily, ...]
@@ -41,6 +43,7 @@ class StartSystem:
     states: Ids
     parameters: NDArray[np.float64]
     names: Names
+    definitions: tuple[EquationFamily, ...] = ()
 
     @property
     def n_ids(self) -> int:

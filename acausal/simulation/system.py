@@ -83,4 +83,5 @@ class System:
             states,
             self.parameters,
             self.names,
+            self.definitions,
         )

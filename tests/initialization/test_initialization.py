@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from flat_builder import FlatBuilder, S, T, call, t
@@ -299,6 +301,27 @@ def test_division_by_zero_that_is_certain_is_explained():
     assert "division by zero: mass.x is 0" in diagnostic.message
     assert "f = 1/x" in " ".join([diagnostic.label, *diagnostic.notes])
     assert diagnostic.span is not None
+
+
+def test_eliminated_variable_without_a_finite_value():
+    from acausal.elimination.eliminate import eliminate
+
+    b = FlatBuilder()
+    x, y = b.variable("x", start=0.0, fixed=True), b.variable("y")
+    b.equation(S[0] - 1, b.der(x), text="der(x) = 1")
+    b.equation(S[0] - 1 / S[1], y, x, text="y = 1/x")
+    reduced = eliminate(b.build())
+    system = system_of(b, [x])
+    system = replace(
+        system,
+        families=reduced.model.families,
+        n_rows=reduced.model.n_rows,
+        definitions=reduced.definitions,
+    )
+    diagnostic = error_of(system)
+    assert diagnostic.code == "I030"
+    assert diagnostic.message == "division by zero: x is 0 at t = 0 s"
+    assert diagnostic.label == "y = 1/x in part[0]"
 
 
 def test_logarithm_outside_its_domain():
