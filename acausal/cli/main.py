@@ -126,7 +126,7 @@ def execute(words: list[str]) -> int:
     """Run the command line and return its exit code; every error has been told."""
     as_json = "--json-errors" in words
     try:
-        code = group.main(words, prog_name="acausal", standalone_mode=False)
+        code = group.main(words, prog_name="acausal", standalone_mode=False, obj=as_json)
     except AcausalError as error:
         report(error, as_json)
         return EXIT_MODEL

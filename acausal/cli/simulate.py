@@ -142,7 +142,7 @@ def command(
         raise click.BadParameter("must be greater than 0", param_hint="'--interval'")
     patterns = _patterns(variables)
     _check_targets(output, plot)
-    as_json = "--json-errors" in sys.argv
+    as_json = bool(ctx.obj)
 
     from acausal import compiler
 
