@@ -118,6 +118,11 @@ class ExplicitForm:
         reason = Reason.EXPLICIT_FORM if np.isfinite(self._residual).all() else Reason.NOT_FINITE
         raise integration_error(Failure(reason, t, 0.0, (), rows), self.labels)
 
+    def guess(self, y: Array, yp: Array) -> None:
+        """Start the next solution from another point than the last one."""
+        self._y[:] = y
+        self._yp[:] = np.where(self.differential, yp, 0.0)
+
     def derivative(self, t: float, x: Array) -> Array:
         """Return f(t, x), shape ``(size,)``; raises as :meth:`point`."""
         _, yp = self.point(t, x)

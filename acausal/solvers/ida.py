@@ -47,10 +47,14 @@ MAX_FAILURES = 20
 #: First steps tried after a failure, as fractions of the distance to the limit, and whether
 #: the algebraic unknowns are computed anew before.
 LADDER = ((1e-6, False), (1e-10, False), (1e-6, True), (1e-10, True), (1e-13, True))
-#: Steps after which a recovered failure is forgotten.
-FORGET = 10
+#: A recovered failure is forgotten after so many steps that went so far, as a fraction of the
+#: distance to the limit. Without the second, a pole would be approached for ever.
+FORGET, FORGET_FRACTION = 10, 1e-7
+#: Steps too small to change the time before the run is given up.
+MOST_STANDING = 50
 
 _LOOP_TYPE = ctypes.CFUNCTYPE(c_int, c_void_p, c_void_p, ctypes.c_int64, c_void_p, c_void_p)
+_CONSISTENT_TYPE = ctypes.CFUNCTYPE(c_int, c_void_p, c_double, c_void_p, c_void_p)
 _UNIT_ROUNDOFF = float(np.finfo(float).eps)
 
 
@@ -70,17 +74,20 @@ class IDAIntegrator:
         self._options = options
         self._system = system
         self._n = n = system.problem.n
-        self._data = np.zeros((6, n))
-        self.y, self.yp, self._scratch, self._tolerance, self._start_y, self._start_yp = self._data
+        self._data = np.zeros((11, n))
+        self.y, self.yp, self._scratch, self._tolerance, self._states = self._data[:5]
+        self._scratch_p, self._start_y, self._start_yp = self._data[5], *self._data[9:]
         self._frame = Frame()
         self._reached = c_double(t)
         self._base = Statistics()
         self._attempt = 0
         self._fresh = True
+        self._standing = 0
+        self._last_time = t
         self._pace = Pace(n)
         self._context = self._c.context()
         self._vectors = [
-            self._c.N_VMake_Serial(n, row.ctypes.data, self._context) for row in self._data[:4]
+            self._c.N_VMake_Serial(n, row.ctypes.data, self._context) for row in self._data[:9]
         ]
         self._matrix: int = 0
         self._linear_solver: int = 0
@@ -107,14 +114,27 @@ class IDAIntegrator:
         words[Word.SOLVE] = lib.address("IDASolve")
         words[Word.STEP_COUNT] = lib.address("IDAGetNumSteps")
         words[Word.MEMORY] = self._memory.value or 0
+        words[Word.GET_TIME] = lib.address("IDAGetCurrentTime")
+        words[Word.GET_CJ] = lib.address("IDAGetCurrentCj")
+        words[Word.GET_WEIGHTS] = lib.address("IDAGetErrWeights")
+        words[Word.INTERPOLATE] = lib.address("IDAGetDky")
+        words[Word.SOLVE_LINEAR] = lib.address("SUNLinSolSolve")
+        words[Word.NORM] = lib.address("N_VWrmsNorm")
+        words[Word.LINEAR_SUM] = lib.address("N_VLinearSum")
+        words[Word.PRODUCT] = lib.address("N_VProd")
         words[Word.Y_VECTOR], words[Word.YP_VECTOR] = self._vectors[:2]
+        words[Word.STATES_VECTOR] = self._vectors[4]
+        words[Word.RESIDUAL_VECTOR] = self._vectors[6]
+        words[Word.CORRECTION_VECTOR] = self._vectors[7]
+        words[Word.WEIGHT_VECTOR] = self._vectors[8]
         words[Word.Y] = self.y.ctypes.data
         words[Word.YP] = self.yp.ctypes.data
         self._loop = _LOOP_TYPE(native.addresses()["output_loop"])
+        self._consistent = _CONSISTENT_TYPE(native.addresses()["consistent"])
 
     def _initialise(self, t: float) -> None:
         lib, memory = self._c, self._memory
-        y, yp, _, _ = self._vectors
+        y, yp = self._vectors[:2]
         if lib.sundials.version < (7, 0, 0):
             lib.IDASetErrFile(memory, None)
         self._check(lib.IDAInit(memory, native.addresses()["ida_residual"], t, y, yp))
@@ -134,8 +154,9 @@ class IDAIntegrator:
         words[Word.JACOBIAN] = system.jacobian_address
         words[Word.TABLE] = system.table_address
         tolerance = self._vectors[3]
-        self._tolerance[:] = problem.differential
-        self._check(lib.IDASetId(memory, tolerance))
+        self._states[:] = problem.differential
+        words[Word.CONSISTENT] = not problem.differential.all()
+        self._check(lib.IDASetId(memory, self._vectors[4]))
         self._suppress(bool(self._options.suppress_algebraic))
         np.multiply(problem.nominal, self._options.absolute_tolerance, out=self._tolerance)
         self._check(lib.IDASVtolerances(memory, self._options.relative_tolerance, tolerance))
@@ -188,6 +209,7 @@ class IDAIntegrator:
         self._check(lib.IDASetJacFn(self._memory, native.addresses()[callback]))
         self._free_matrix()
         self._matrix, self._linear_solver = matrix, solver
+        words[Word.MATRIX], words[Word.LINEAR_SOLVER] = matrix, solver
         self._pattern = (problem.indptr, problem.indices)
 
     def _check(self, flag: int) -> None:
@@ -217,6 +239,9 @@ class IDAIntegrator:
                 memory, t_limit, byref(self._reached), *self._vectors[:2], c.IDA_ONE_STEP
             )
             if flag >= 0:
+                self._watch_standing(1)
+                if self._standing > MOST_STANDING:
+                    return StepResult(self.t, Status.FAILED, self._failure(c.IDA_ERR_FAIL))
                 reached = flag == c.IDA_TSTOP_RETURN or self.t >= t_limit
                 return StepResult(self.t, Status.REACHED if reached else Status.STEPPED)
             if flag == c.IDA_ILL_INPUT and self._inside_last_step(t_limit):
@@ -284,6 +309,9 @@ class IDAIntegrator:
                     flag = self._loop(*arguments, last, *outputs)
             pace.learn(self._steps() - before)
             self._reached.value = float(frame.doubles[Word.REACHED])
+            self._watch_standing(self._steps() - before)
+            if self._standing > MOST_STANDING:
+                return self._failure(c.IDA_ERR_FAIL)
             if flag < 0 and flag != c.IDA_TOO_MUCH_WORK and not self._recover(flag, limit):
                 return self._failure(flag)
             if progress is not None:
@@ -295,10 +323,10 @@ class IDAIntegrator:
 
     def interpolate(self, t: float, order: int = 0) -> Array:
         """Return ``y`` or ``y'`` inside the last step; see the protocol."""
-        if self._c.IDAGetDky(self._memory, t, order, self._vectors[2]) == c.IDA_SUCCESS:
-            return self._scratch.copy()
         if t == self.t:
-            return (self.yp if order else self.y).copy()
+            return np.array(self.yp if order else self.y)
+        if self._look(t, self._vectors[2], self._vectors[5]):
+            return np.array(self._scratch_p if order else self._scratch)
         raise ValueError(f"{t} is not inside the last step, which ends at {self._current_time()}")
 
     def restart(
@@ -311,7 +339,7 @@ class IDAIntegrator:
         self.y[:] = y
         self.yp[:] = yp
         self._remember_start(t)
-        self._attempt = 0
+        self._attempt = self._standing = 0
         self._reinitialise(t, 0.0)
         self._fresh = True
         if problem is not None:
@@ -383,6 +411,12 @@ class IDAIntegrator:
             return budget
         return max(1, min(budget, limit - self._base.steps - self._steps()))
 
+    def _watch_standing(self, steps: int) -> None:
+        """Count the steps that did not change the time: next to a pole IDA never gives up."""
+        t = self._current_time()
+        self._standing = self._standing + steps if t == self._last_time else 0
+        self._last_time = t
+
     def _too_many(self) -> bool:
         limit = self._options.max_steps
         return limit is not None and self._base.steps + self._steps() >= limit
@@ -415,12 +449,18 @@ class IDAIntegrator:
 
     def _inside_last_step(self, t: float) -> bool:
         """Go back to a time inside the last step, if it is one."""
-        lib, (y, yp) = self._c, self._vectors[:2]
-        if not self.t <= t <= self._current_time():
+        inside = self.t <= t <= self._current_time() and self._look(t, *self._vectors[:2])
+        if inside:
+            self._reached.value = t
+        return inside
+
+    def _look(self, t: float, y: int, yp: int) -> bool:
+        """Write the point at a time inside the last step to two vectors, if it is one."""
+        lib, memory = self._c, self._memory
+        if lib.IDAGetDky(memory, t, 0, y) or lib.IDAGetDky(memory, t, 1, yp):
             return False
-        if lib.IDAGetDky(self._memory, t, 1, yp) or lib.IDAGetDky(self._memory, t, 0, y):
-            return False
-        self._reached.value = t
+        if self._frame.words[Word.CONSISTENT] and t != self._current_time():
+            self._consistent(self._frame.address, t, y, yp)
         return True
 
     def _recover(self, flag: int, t_limit: float) -> bool:
@@ -444,21 +484,21 @@ class IDAIntegrator:
         if flag not in recoverable or self._frame.words[Word.STOP]:
             return False
         steps = self._steps()
-        self._attempt = 0 if steps >= FORGET else self._attempt
+        t = self._current_time() if steps > 0 else self._start_t
+        if steps >= FORGET and t - self._start_t > FORGET_FRACTION * (t_limit - self._start_t):
+            self._attempt = 0
         if self._attempt >= len(LADDER):
             return False
         self._failed_step = self._double("IDAGetCurrentStep")
         fraction, compute = LADDER[self._attempt]
         self._attempt += 1
         if steps > 0:
-            t = self._current_time()
             y, yp = self._vectors[:2]
             if self._c.IDAGetDky(self._memory, t, 0, y) or self._c.IDAGetDky(
                 self._memory, t, 1, yp
             ):
                 return False
         else:
-            t = self._start_t
             self.y[:] = self._start_y
             self.yp[:] = self._start_yp
         attempt = self._attempt

@@ -41,8 +41,11 @@ TSTOP_RETURN = 1
 TOO_MUCH_WORK, ERR_FAIL, CONV_FAIL, LSETUP_FAIL, LSOLVE_FAIL = -1, -3, -4, -6, -7
 #: First steps tried after a failure, as fractions of the distance to the limit.
 LADDER = (1e-6, 1e-9, 1e-12)
-#: Steps after which a recovered failure is forgotten.
-FORGET = 10
+#: A recovered failure is forgotten after so many steps that went so far, as a fraction of the
+#: distance to the limit. Without the second, a pole would be approached for ever.
+FORGET, FORGET_FRACTION = 10, 1e-7
+#: Steps too small to change the time before the run is given up.
+MOST_STANDING = 50
 #: Stop times reached before the solver is made anew: it keeps a list of them all.
 MOST_STOPS = 200
 
@@ -178,6 +181,7 @@ class OdesIntegrator:
     def _advance(self, t_limit: float) -> IntegrationError | None:
         """Take one step of the method and make it the present point."""
         self._refused = None
+        standing = 0
         while True:
             if self._solver is None:
                 self._solver = self._begin(self._first_step(t_limit))
@@ -190,7 +194,12 @@ class OdesIntegrator:
                 raise error
             t = t_limit if flag == TSTOP_RETURN else self._t_base + reached
             if flag >= 0 and t <= before:
-                continue  # it only repeats where it is, after an interpolation
+                # After an interpolation it only repeats where it is; next to a pole its steps
+                # become too small to change the time, and it never gives up.
+                standing += 1
+                if standing > MOST_STANDING:
+                    return self._explain(ERR_FAIL)
+                continue
             if flag >= 0:
                 self._steps += 1
                 self._since += 1
@@ -304,7 +313,8 @@ class OdesIntegrator:
 
     def _recover(self, flag: int, t_limit: float) -> bool:
         """Start anew from the last good point with a small first step."""
-        if self._since >= FORGET:
+        gone = self._t_step - self._t_base
+        if self._since >= FORGET and gone > FORGET_FRACTION * (t_limit - self._t_base):
             self._attempt = 0
         if self._attempt >= len(LADDER):
             return False

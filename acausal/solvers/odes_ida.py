@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.solvers.explicit_form import ExplicitForm
+from acausal.solvers.failures import IntegrationError
 from acausal.solvers.odes import OdesIntegrator, odes_module
 from acausal.solvers.system import NativeSystem, Pattern
 
@@ -74,6 +76,16 @@ class OdesIDAIntegrator(OdesIntegrator):
             self._values = np.zeros(problem.nnz)
         else:
             self._unknowns, self._rows, self._lower, self._upper = band_ordering(problem)
+        options = self._options
+        self._form = ExplicitForm(
+            system,
+            self._t,
+            self.y,
+            self.yp,
+            options.relative_tolerance,
+            options.absolute_tolerance,
+            options.labels,
+        )
         self._y_work = np.zeros(n)
         self._yp_work = np.zeros(n)
         self._out_work = np.zeros(n)
@@ -143,4 +155,12 @@ class OdesIDAIntegrator(OdesIntegrator):
     def _read(self, t: float) -> tuple[Array, Array]:
         self._y_work[self._unknowns] = self._x
         self._yp_work[self._unknowns] = self._xp
-        return self._y_work, self._yp_work
+        if t == self._t_step or self._system.problem.differential.all():
+            return self._y_work, self._yp_work
+        # Between the steps IDA interpolates, and nothing controls that error in the algebraic
+        # unknowns: solve for them.
+        self._form.guess(self._y_work, self._yp_work)
+        try:
+            return self._form.point(t, self._form.x(self._y_work))
+        except IntegrationError:
+            return self._y_work, self._yp_work

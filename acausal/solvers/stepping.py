@@ -42,8 +42,19 @@ def run_by_steps(
     out_yp: Array,
     t_limit: float | None,
     progress: Callable[[float], None] | None,
+    land: bool = False,
 ) -> RunResult:
-    """Step and interpolate; arguments as in ``Integrator.run``."""
+    """Step and interpolate; arguments as in ``Integrator.run``.
+
+    Args:
+        integrator: Does the steps.
+        times: Output times.
+        out_y: Receives the unknowns.
+        out_yp: Receives the derivatives.
+        t_limit: How far to look ahead.
+        progress: Told the time after every step.
+        land: End a step on every output time instead of interpolating.
+    """
     row = 0
     try:
         if len(times) == 0:
@@ -52,7 +63,7 @@ def run_by_steps(
         for row, time in enumerate(times):
             t = float(time)
             while t > integrator.end_of_step:
-                result = integrator.step(limit)
+                result = integrator.step(t if land else limit)
                 if result.status is Status.FAILED:
                     return RunResult(row, Status.FAILED, result.failure)
                 if progress is not None:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
-from scipy.sparse import csc_matrix
 
 from acausal.assembly.problem import DAEProblem, KernelCall
 from acausal.codegen.kernels import compile_kernels
@@ -94,4 +91,3 @@ def pendulum(g: float = 9.81, length: float = 1.0) -> DAEProblem:
             (swing, [parameters[:1], one([4]), parameters[1:], one([2])], one([2])),
         ],
     )
-
