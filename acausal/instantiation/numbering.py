@@ -169,6 +169,14 @@ class Numbering:
                 )
         return result
 
+    def first_of(self, owner: Template, name: str) -> int:
+        """Return the number of the first instance of a component, in the group of its class."""
+        return self._child_first.get((owner.number, name), 0)
+
+    def first_parameter(self, template: Template, name: str) -> int:
+        """Return the id of a parameter of the first instance of a class."""
+        return self._parameter_first[template.number, name]
+
     # --- from references to ids ----------------------------------------------------------
 
     def owner(self, template: Template, ref: Ref) -> Template:

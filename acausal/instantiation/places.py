@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -44,9 +45,7 @@ class Place:
         return [pattern % row for row in zip(*self.subscripts.tolist(), strict=True)]
 
 
-def path_text(
-    steps: Sequence[tuple[str, int]], subscripts: Sequence[str], order: int = 0
-) -> str:
+def path_text(steps: Sequence[tuple[str, int]], subscripts: Sequence[str], order: int = 0) -> str:
     """Return a path with the given subscripts, in ``der(...)`` as often as ``order`` says."""
     free = iter(subscripts)
     parts = []
@@ -83,14 +82,14 @@ def instance_places(numbering: Numbering, group: int, instances: Ids) -> list[Pl
             block = blocks[k]
             owner, place = np.divmod(here[chosen] - block.first, block.size)
             below = tuple(row[chosen] for row in rows)
-            own = tuple(axis + 1 for axis in np.unravel_index(place, block.shape))
+            own = _subscripts(place, block.shape)
             work.append(
                 (
                     block.owner,
                     owner,
                     members[chosen],
                     ((block.name, len(block.shape)), *steps),
-                    own + below if block.shape else below,
+                    own + below,
                 )
             )
     return sorted(found, key=lambda p: int(p.members[0]))
@@ -106,9 +105,7 @@ def parameter_places(numbering: Numbering, ids: Ids) -> list[Place]:
     return _scalar_places(numbering, numbering.parameters, ids)
 
 
-def _scalar_places(
-    numbering: Numbering, blocks: Sequence[VariableBlock], ids: Ids
-) -> list[Place]:
+def _scalar_places(numbering: Numbering, blocks: Sequence[VariableBlock], ids: Ids) -> list[Place]:
     if not len(ids):
         return []
     # Empty blocks share their first id with the next one: the last of equals is meant.
@@ -119,9 +116,9 @@ def _scalar_places(
         declaration = block.declaration
         instance, scalar = np.divmod(ids[chosen] - block.first, declaration.size)
         leaf = ((declaration.name, len(declaration.shape)),) if declaration.name else ()
-        own = np.unravel_index(scalar, declaration.shape) if declaration.shape else ()
+        own = _subscripts(scalar, declaration.shape)
         for place in instance_places(numbering, block.group, instance):
-            rows = [place.subscripts, *(axis[None, place.members] + 1 for axis in own)]
+            rows = [place.subscripts, *(axis[None, place.members] for axis in own)]
             found.append(
                 Place(
                     (*place.steps, *leaf),
@@ -133,6 +130,11 @@ def _scalar_places(
     return sorted(found, key=lambda p: int(p.members[0]))
 
 
+def _subscripts(place: Ids, shape: tuple[int, ...]) -> tuple[Ids, ...]:
+    """Return subscripts from 1 for row-major places."""
+    return tuple(axis + 1 for axis in np.unravel_index(place, shape)) if shape else ()
+
+
 def _parts(labels: Ids) -> list[tuple[int, Ids]]:
     """Return each label with the positions where it stands, ascending."""
     if (labels == labels[0]).all():
@@ -140,6 +142,4 @@ def _parts(labels: Ids) -> list[tuple[int, Ids]]:
     order = np.argsort(labels, kind="stable")
     inside = labels[order]
     bounds = np.concatenate([[0], np.flatnonzero(np.diff(inside)) + 1, [len(labels)]])
-    return [
-        (int(inside[a]), order[a:b]) for a, b in zip(bounds[:-1], bounds[1:], strict=True)
-    ]
+    return [(int(inside[a]), order[a:b]) for a, b in pairwise(bounds.tolist())]

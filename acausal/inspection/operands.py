@@ -1,0 +1,157 @@
+"""Names of the operands of equation families: ids to places and index letters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.expressions import build
+from acausal.expressions.latex import latex_name
+from acausal.expressions.nodes import Expr, const, slot
+from acausal.expressions.text import number_text
+from acausal.flattening.model import Ids, Operand
+from acausal.inspection.index_names import IndexNames
+from acausal.instantiation.numbering import Numbering
+from acausal.instantiation.places import Place, parameter_places, path_text, variable_places
+from acausal.structural.incidence import Chains
+
+
+class Label(NamedTuple):
+    """The payload of a slot that is only a name."""
+
+    text: str
+    latex: str
+
+
+def label(text: str) -> Label:
+    """Return the name of a variable as text and as mathematics."""
+    return Label(text, latex_name(text))
+
+
+@dataclass(frozen=True)
+class Located:
+    """A list of operands of one sort by place.
+
+    Attributes:
+        places: The places; None stands for numbers without a name.
+        code: Place of each operand, shape ``(n,)``.
+        position: Its position among the members of the place.
+        values: Values of numbers without a name, shape ``(n,)``; NaN elsewhere.
+    """
+
+    places: tuple[Place | None, ...]
+    code: Ids
+    position: Ids
+    values: NDArray[np.float64] | None = None
+
+    def name(self, members: Ids, indices: IndexNames) -> Expr:
+        """Return what stands for operands ``members``, all of one place, in an equation."""
+        place = self.places[int(self.code[members[0]])]
+        if place is None:
+            assert self.values is not None
+            return _number(self.values[members], indices)
+        rows = place.subscripts[:, self.position[members]]
+        return slot(label(path_text(place.steps, [indices.text(r) for r in rows], place.order)))
+
+
+def _number(values: NDArray[np.float64], indices: IndexNames) -> Expr:
+    if (values == values[0]).all():
+        return const(float(values[0]))
+    rule = indices.affine(values)
+    if rule is not None:
+        a, b, letter = rule
+        index = slot(Label(letter, letter))
+        return build.add(build.mul(const(a), index), const(b))
+    listed = ", ".join(number_text(float(f"{v:.6g}")) for v in values[:3])
+    more = ", ..." if len(values) > 3 else ""
+    return slot(
+        Label(f"{{{listed}{more}}}", rf"\{{{listed}{', ' + chr(92) + 'dots' if more else ''}\}}")
+    )
+
+
+class Names:
+    """Places of all ids of a model, those of index reduction included.
+
+    Args:
+        numbering: The numbering.
+        parameters: Values of all parameters, shape ``(p,)``.
+        chains: Chains of derivatives that may reach behind the numbering; None without.
+    """
+
+    def __init__(
+        self,
+        numbering: Numbering,
+        parameters: NDArray[np.float64],
+        chains: Chains | None = None,
+    ) -> None:
+        self.numbering = numbering
+        self.parameters = parameters
+        self._chains = chains
+
+    def variables(self, ids: Ids) -> list[Place]:
+        """Sort variable ids by place; new derivatives are written ``der(...)`` of declared ones."""
+        n = self.numbering.n_variables
+        if self._chains is None or not (ids >= n).any():
+            return variable_places(self.numbering, ids)
+        base, order = self._declared(ids)
+        found: list[Place] = []
+        for extra in np.unique(order).tolist():
+            chosen = np.flatnonzero(order == extra)
+            for p in variable_places(self.numbering, base[chosen]):
+                found.append(Place(p.steps, p.subscripts, chosen[p.members], p.order + extra))
+        return sorted(found, key=lambda p: int(p.members[0]))
+
+    def parameters_of(self, ids: Ids) -> list[Place]:
+        """Sort ids of declared parameters by place."""
+        return parameter_places(self.numbering, ids)
+
+    def _declared(self, ids: Ids) -> tuple[Ids, Ids]:
+        """Return the last declared id before each id in its chain, and the distance."""
+        chains = self._chains
+        assert chains is not None
+        new = np.flatnonzero(ids >= self.numbering.n_variables)
+        before = np.full(chains.n_variables, -1, np.int64)
+        mothers = np.flatnonzero(chains.derivative >= 0)
+        before[chains.derivative[mothers]] = mothers
+        base, order = ids.copy(), np.zeros(len(ids), np.int64)
+        while len(new):
+            base[new] = before[base[new]]
+            order[new] += 1
+            new = new[base[new] >= self.numbering.n_variables]
+        return base, order
+
+    def one(self, variable: int) -> str:
+        """Return the path of one variable."""
+        return self.variables(np.array([variable]))[0].paths()[0]
+
+    def locate(self, ids: Ids, kind: Operand) -> Located:
+        """Sort operands by place."""
+        values = None
+        places: list[Place | None]
+        if kind == Operand.VARIABLE:
+            places = list(self.variables(ids))
+            code, position = codes_of(places, len(ids))
+        else:
+            n = self.numbering.n_parameters
+            named = np.flatnonzero(ids < n)
+            own = parameter_places(self.numbering, ids[named])
+            places = [Place(p.steps, p.subscripts, named[p.members]) for p in own]
+            code, position = codes_of(places, len(ids))
+            if len(named) < len(ids):
+                code[ids >= n] = len(places)
+                places.append(None)
+                values = np.where(ids >= n, self.parameters[ids], np.nan)
+        return Located(tuple(places), code, position, values)
+
+
+def codes_of(places: list[Place | None], n: int) -> tuple[Ids, Ids]:
+    """Return the place of each of ``n`` operands, and its position among the members there."""
+    code, position = np.zeros(n, np.int64), np.zeros(n, np.int64)
+    for k, place in enumerate(places):
+        assert place is not None
+        code[place.members] = k
+        position[place.members] = np.arange(len(place.members))
+    return code, position
