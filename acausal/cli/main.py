@@ -108,7 +108,10 @@ def group() -> None:
 
 
 def run(arguments: Sequence[str] | None = None) -> NoReturn:
-    """Run the command line and exit.
+    """Run the command line and end the process.
+
+    It ends without taking the interpreter and the native libraries apart piece by piece, which
+    would take a fifth of the time of a small simulation. Every file is closed by then.
 
     Args:
         arguments: Words after the program's name; those of the process if None.
@@ -117,9 +120,12 @@ def run(arguments: Sequence[str] | None = None) -> NoReturn:
     code = execute(words)
     try:
         sys.stdout.flush()
+        sys.stderr.flush()
     except BrokenPipeError:
         _drop_stdout()
-    raise SystemExit(code)
+    if sys.gettrace() is not None or sys.getprofile() is not None:
+        raise SystemExit(code)  # a debugger, profiler or coverage tool has work left to do
+    os._exit(code)
 
 
 def execute(words: list[str]) -> int:

@@ -182,7 +182,7 @@ def _factors(text: str) -> list[tuple[str, Exponent]]:
         else:
             if not expect_symbol:
                 raise UnitError(f"'{text}' is not a unit: a '.' is missing before '{symbol}'")
-            if not 0 < abs(exponent) <= 10:
+            if not 0 < abs(float(exponent)) <= 10:
                 raise UnitError(f"'{text}' is not a unit: exponent {exponent}")
             factors.append((symbol, sign * exponent))
             expect_symbol = False
