@@ -11,10 +11,13 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    import networkx
+
     from acausal.diagnostics import Diagnostic
     from acausal.elimination.eliminate import Elimination
     from acausal.flattening.flatten import Flattened
@@ -132,6 +135,7 @@ class Compiled:
         timings: Seconds by stage of the compilation.
         warnings: What was noticed and is no error.
         stages: What each stage has made; None if the model came from the cache.
+        again: Compiles the model once more, for those who need the stages nevertheless.
     """
 
     def __init__(
@@ -140,16 +144,32 @@ class Compiled:
         timings: dict[str, float],
         warnings: tuple[Diagnostic, ...] = (),
         stages: Stages | None = None,
+        again: Callable[[], Stages] | None = None,
     ) -> None:
         self.system = system
         self.timings = timings
         self.warnings = warnings
         self.stages = stages
+        self._again = again
 
     @property
     def name(self) -> str:
         """Name of the model."""
         return self.system.name
+
+    def connection_graph(self) -> networkx.MultiGraph[Any]:
+        """Return the components and the junctions where their cuts meet, as a networkx graph.
+
+        :mod:`acausal.connections.graph` tells what its nodes and edges carry, and answers the
+        usual questions: islands, loops, neighbours.
+        """
+        from acausal.connections.graph import connection_graph
+
+        if self.stages is None:
+            assert self._again is not None
+            self.stages = self._again()
+        assert self.stages.flattened is not None
+        return connection_graph(self.stages.flattened)
 
     def simulate(
         self,
@@ -215,7 +235,9 @@ def compile_file(
     found = recall(Path(path), model, given)
     if found is not None:
         system, warnings = found
-        return Compiled(system, {"recall": time.perf_counter() - begun}, warnings)
+        timings = {"recall": time.perf_counter() - begun}
+        again = partial(_stages_of_path, Path(path), model, given)
+        return Compiled(system, timings, warnings, again=again)
     stages, sources = _compile_path(Path(path), model, given)
     compiled = _compiled(stages)
     with stages.timed("remember"):
@@ -250,6 +272,10 @@ def _compile_path(
         definition = choose_model(classes, model, str(path))
     compile_class(definition, given, stages)
     return stages, [path, *root.sources]
+
+
+def _stages_of_path(path: Path, model: str | None, given: Mapping[str, float]) -> Stages:
+    return _compile_path(path, model, given)[0]
 
 
 def parameter_numbers(parameters: Mapping[str, float | str]) -> dict[str, float]:
