@@ -16,13 +16,14 @@ are df/dx.
 
 from __future__ import annotations
 
-import warnings
+import math
 from collections.abc import Callable
 from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.diagnostics import fail
 from acausal.solvers.failures import Failure, Reason, integration_error, largest
 from acausal.solvers.protocol import Labels
 from acausal.solvers.system import NativeSystem
@@ -33,7 +34,9 @@ Array = NDArray[np.float64]
 DENSE_LIMIT = 150
 MAX_ITERATIONS = 12
 #: Newton stops when its correction is so small relative to the tolerance of the integration.
-NEWTON_FRACTION = 1e-4
+NEWTON_FRACTION = 1e-3
+#: Most entries of a dense matrix with one column for each state.
+LARGEST_MATRIX = 50_000_000
 #: A correction that does not become smaller any more but is so small relative to the values.
 ROUNDOFF = 1e-11
 
@@ -69,9 +72,12 @@ class ExplicitForm:
         self.evaluations = 0
         self.factorisations = 0
         self._relative = relative_tolerance * NEWTON_FRACTION
+        self._algebraic = ~self.differential
         self._floor = absolute_tolerance * NEWTON_FRACTION * problem.nominal
+        self._floor_derivative = np.where(self.differential, self._floor, 0.0)
         self._y = np.array(y, dtype=np.float64)
         self._yp = np.where(self.differential, yp, 0.0)
+        self._v = np.where(self.differential, self._yp, self._y)
         self._residual = np.zeros(self.n)
         self._columns = np.repeat(np.arange(self.n), np.diff(problem.indptr))
         self._in_state_column = self.differential[self._columns]
@@ -98,20 +104,17 @@ class ExplicitForm:
         """
         if self.states.size:
             self._y[self.states] = x
-        fresh = self._solve is None
-        for _ in range(2):
-            if fresh:
-                self._factorise(t)
-            guess_y, guess_yp = self._y.copy(), self._yp.copy()
-            if self._newton(t):
-                return self._y, self._yp
-            self._y[:], self._yp[:] = guess_y, guess_yp
-            if fresh:
-                break
-            fresh = True
-        if self._newton_fresh(t):
+        guess = self._v.copy()
+        if self._solve is not None and self._newton(t):
             return self._y, self._yp
-        self._y[:], self._yp[:] = guess_y, guess_yp
+        self._set(guess)
+        self._factorise(t)
+        if self._newton(t):
+            return self._y, self._yp
+        self._set(guess)
+        if self._newton_damped(t):
+            return self._y, self._yp
+        self._set(guess)
         self._solve = None
         self.system.residual(t, self._y, self._yp, self._residual)
         rows = largest(self._residual)
@@ -121,7 +124,7 @@ class ExplicitForm:
     def guess(self, y: Array, yp: Array) -> None:
         """Start the next solution from another point than the last one."""
         self._y[:] = y
-        self._yp[:] = np.where(self.differential, yp, 0.0)
+        self._set(np.where(self.differential, yp, y))
 
     def derivative(self, t: float, x: Array) -> Array:
         """Return f(t, x), shape ``(size,)``; raises as :meth:`point`."""
@@ -129,39 +132,60 @@ class ExplicitForm:
         return yp[self.states].copy() if self.states.size else np.zeros(1)
 
     def jacobian(self, t: float, x: Array) -> Array:
-        """Return df/dx, dense, shape ``(size, size)``; raises as :meth:`point`."""
+        """Return df/dx, dense, shape ``(size, size)``.
+
+        Raises:
+            AcausalError: R117 if it is too large; else as :meth:`point`.
+        """
+        if self.n * self.size > LARGEST_MATRIX:
+            fail(
+                "R117",
+                f"{self.n} equations with {self.size} states are too many for an explicit form",
+                help="choose the solver ida, which uses sparse matrices",
+            )
         if not self.states.size:
             return np.zeros((1, 1))
         self.point(t, x)
         self._factorise(t)
         solve = self._solve
         assert solve is not None
-        right = np.zeros((self.n, self.n))
+        right = np.zeros((self.n, self.size))
         values, _ = self._partials(t)
         chosen = self._in_state_column
-        rows, columns = self.system.problem.indices[chosen], self._columns[chosen]
-        np.add.at(right, (rows, columns), values[chosen])
-        return np.asarray(-solve(right[:, self.states])[self.states])
+        place = np.cumsum(self.differential) - 1
+        rows, columns = self.system.problem.indices[chosen], place[self._columns[chosen]]
+        right[rows, columns] = values[chosen]
+        return np.asarray(-solve(right)[self.states])
 
     # --- Newton's method
 
+    def _set(self, v: Array) -> None:
+        """Put v into y and y'."""
+        self._v = v.copy()
+        np.copyto(self._yp, v, where=self.differential)
+        np.copyto(self._y, v, where=self._algebraic)
+
     def _newton(self, t: float) -> bool:
         """Iterate with the matrix as it is; tell whether it converged."""
-        assert self._solve is not None
-        last = np.inf
+        last = math.inf
         for _ in range(MAX_ITERATIONS):
             correction = self._correction(t)
             if correction is None:
                 return False
-            norm, relative = self._apply(correction)
-            if norm <= 1.0 or (relative <= ROUNDOFF and norm > 0.5 * last):
+            self._set(self._v - correction)
+            norm, relative = self._measure(correction)
+            rate = norm / last
+            # The error that is left is about rate / (1 - rate) times the last correction.
+            if norm <= 1.0 or (math.isfinite(last) and rate < 0.5 and norm * rate <= 0.5):
                 return True
-            if norm > 0.9 * last:
+            if relative <= ROUNDOFF and rate > 0.5:
+                return True
+            if not rate <= 0.9:
                 return False
             last = norm
         return False
 
-    def _newton_fresh(self, t: float) -> bool:
+    def _newton_damped(self, t: float) -> bool:
         """Iterate with a new matrix each time and damped steps; tell whether it converged."""
         for _ in range(4 * MAX_ITERATIONS):
             self._factorise(t)
@@ -169,18 +193,18 @@ class ExplicitForm:
             if correction is None:
                 return False
             before = float(np.abs(self._residual).max(initial=0.0))
-            y, yp = self._y.copy(), self._yp.copy()
+            start = self._v
             factor = 1.0
             while True:
-                norm, relative = self._apply(factor * correction)
-                if norm <= factor or relative <= ROUNDOFF:
+                self._set(start - factor * correction)
+                norm, relative = self._measure(correction)
+                if norm <= 1.0 or relative <= ROUNDOFF:
                     return True
                 self._evaluate(t)
                 after = float(np.abs(self._residual).max(initial=0.0))
                 if after <= before * (1.0 - 0.1 * factor):
                     break
                 factor *= 0.5
-                self._y[:], self._yp[:] = y, yp
                 if factor < 1e-4:
                     return False
         return False
@@ -190,27 +214,26 @@ class ExplicitForm:
         self.evaluations += 1
 
     def _correction(self, t: float) -> Array | None:
-        """Return -F_v^-1 F, None if it is not finite."""
+        """Return F_v^-1 F, None if it is not finite."""
         assert self._solve is not None
         self._evaluate(t)
         if not np.isfinite(self._residual).all():
             return None
-        correction = -self._solve(self._residual)
+        correction = self._solve(self._residual)
         return correction if np.isfinite(correction).all() else None
 
-    def _apply(self, correction: Array) -> tuple[float, float]:
-        """Add a correction to v; return its size relative to the tolerance and to the values."""
-        mask = self.differential
-        self._yp += np.where(mask, correction, 0.0)
-        self._y += np.where(mask, 0.0, correction)
-        size = np.abs(np.where(mask, self._yp, self._y))
+    def _measure(self, correction: Array) -> tuple[float, float]:
+        """Return the size of a correction relative to the tolerance and to the values."""
         if correction.size == 0:
             return 0.0, 0.0
+        size, change = np.abs(self._v), np.abs(correction)
+        most = float(size.max())
         # A derivative has no nominal value of its own: relative to the largest one at least.
-        floor = np.where(mask, self._floor * max(1.0, float(size.max())), self._floor)
-        norm = float((np.abs(correction) / (self._relative * size + floor)).max())
-        relative = float(np.abs(correction).max() / max(float(size.max()), 1e-300))
-        return norm, relative
+        scale = self._relative * size
+        scale += self._floor
+        if most > 1.0:
+            scale += (most - 1.0) * self._floor_derivative
+        return float((change / scale).max()), float(change.max()) / max(most, 1e-300)
 
     def _partials(self, t: float) -> tuple[Array, Array]:
         """Return the entries of dF/dy and of dF/dy' at the present point."""
@@ -239,24 +262,23 @@ class ExplicitForm:
             self._solve = self._sparse(t, values)
 
     def _dense(self, t: float, values: Array) -> Callable[[Array], Array]:
-        from scipy.linalg import lu_factor, lu_solve
+        from scipy.linalg.lapack import dgetrf, dgetrs
 
-        matrix = np.zeros((self.n, self.n))
-        np.add.at(matrix, (self.system.problem.indices, self._columns), values)
+        matrix = np.zeros((self.n, self.n), order="F")
+        matrix[self.system.problem.indices, self._columns] = values
         row = np.abs(matrix).max(axis=1)
-        scaled = matrix / np.where(row > 0.0, row, 1.0)[:, np.newaxis]
-        column = np.abs(scaled).max(axis=0)
-        scaled /= np.where(column > 0.0, column, 1.0)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            factors = lu_factor(scaled, check_finite=False)
-        pivots = np.abs(np.diag(factors[0]))
-        if not pivots.min() > 1e-13 * pivots.max():
-            self._singular(t, scaled)
+        row[row == 0.0] = 1.0
+        matrix /= row[:, np.newaxis]
+        column = np.abs(matrix).max(axis=0)
+        column[column == 0.0] = 1.0
+        matrix /= column
+        factors, pivots, _ = dgetrf(matrix)
+        diagonal = np.abs(np.diag(factors))
+        if not diagonal.min() > 1e-13 * diagonal.max():
+            self._singular(t, matrix)
 
         def solve(right: Array) -> Array:
-            divided = (right.T / row).T
-            solution = lu_solve(factors, divided, check_finite=False)
+            solution, _ = dgetrs(factors, pivots, (right.T / row).T)
             return np.asarray((solution.T / column).T)
 
         return solve

@@ -2,7 +2,7 @@
 
 Codes: R100 unknown solver, R101 no SUNDIALS, R102 no scikits-odes, R110 error test, R111 Newton
 iteration, R112 singular Jacobian, R113 too many steps, R114 a number that is not finite, R115
-anything else a solver reports, R116 no explicit form.
+anything else a solver reports, R116 no explicit form, R117 too large for one.
 """
 
 from __future__ import annotations

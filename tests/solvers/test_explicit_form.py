@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 from scipy.sparse import csc_matrix, random_array
 from systems import CallbackSystem, Pattern
 
+from acausal.diagnostics import AcausalError
+from acausal.solvers import explicit_form
 from acausal.solvers.explicit_form import ExplicitForm
 from acausal.solvers.failures import IntegrationError, Reason
 from acausal.solvers.odes_ida import band_ordering
@@ -86,6 +88,13 @@ def test_higher_index_is_refused():
     with pytest.raises(IntegrationError) as caught:
         form_of(system, [0, 1], [1, 0]).point(0.0, np.array([0.0]))
     assert caught.value.failure.reason is Reason.SINGULAR
+
+
+def test_too_many_states(monkeypatch):
+    monkeypatch.setattr(explicit_form, "LARGEST_MATRIX", 5)
+    with pytest.raises(AcausalError) as caught:
+        form_of(nonlinear(), [0, 0, 0], [0, 0, 0]).jacobian(0.0, np.zeros(2))
+    assert caught.value.diagnostics[0].code == "R117"
 
 
 def test_no_solution():

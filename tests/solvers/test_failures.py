@@ -63,7 +63,7 @@ def test_not_finite(solver):
     """x' = -1/(2 x), x^2 = 1 - t, and a logarithm of x: no value from t = 1 on."""
     system = CallbackSystem(
         lambda t, y, yp: [yp[0] + 1, y[1] - (np.log(y[0]) if y[0] > 0 else np.nan)],
-        lambda t, y, yp: [[0, 0], [-1 / y[0], 1]],
+        lambda t, y, yp: [[0, 0], [-1 / max(y[0], 1e-300), 1]],
         lambda *_: [[1, 0], [0, 0]],
         [True, False],
     )
