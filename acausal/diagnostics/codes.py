@@ -148,6 +148,7 @@ CODES: dict[str, str] = {
     "R114": "A number became infinite or not a number.",
     "R115": "The solver reported another failure.",
     "R116": "The system has no explicit form.",
+    "R117": "The system is too large for an explicit form.",
     "F101": "There is no such file.",
     "F102": "A folder is given instead of a file.",
     "F103": "A file cannot be read.",
