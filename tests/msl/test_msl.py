@@ -28,7 +28,7 @@ def read_reference(case: str) -> dict[str, np.ndarray]:
     with gzip.open(DATA / f"{case}.csv.gz", "rt") as file:
         rows = list(csv.reader(file))
     table = np.array(rows[1:], dtype=float)
-    return {name: table[:, k] for k, name in enumerate(rows[0])}
+    return {name if k else "time": table[:, k] for k, name in enumerate(rows[0])}
 
 
 def simulate(case: str) -> Any:
