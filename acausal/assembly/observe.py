@@ -12,7 +12,12 @@ from numpy.typing import NDArray
 from acausal.assembly.layout import Layout
 from acausal.assembly.problem import TIME_POSITION, Y_POSITION
 from acausal.codegen.kernels import Kernel, compile_kernels
+from acausal.expressions.evaluate import evaluate
 from acausal.flattening.model import EquationFamily, Ids, Operand
+
+#: Up to so many numbers all points in time are computed at once, with NumPy; above, one by one
+#: with the kernels.
+_TOGETHER = 4_000_000
 
 
 @dataclass(frozen=True)
@@ -51,20 +56,44 @@ class Observer:
         kernels = compile_kernels([(f.template, ()) for f in self.definitions])
         calls = []
         for family, kernel in zip(self.definitions, kernels, strict=True):
-            index = np.zeros(family.operands.shape, np.int32)
-            for k, kind in enumerate(family.kinds):
-                ids = family.operands[k]
-                if kind == Operand.VARIABLE:
-                    index[k] = self.places[ids]
-                else:
-                    index[k] = self.layout.parameters + ids
-            calls.append((kernel, index, self.places[family.rows].astype(np.int32)))
+            calls.append((kernel, self._index(family), self.places[family.rows].astype(np.int32)))
         return calls
 
     def needs_definitions(self, variable: int) -> bool:
         """Tell whether a variable has to be computed."""
         place = self.places[self.representative[variable]]
         return bool(self.sign[variable]) and place >= self.layout.observables
+
+    def _all_points(
+        self, times: NDArray[np.float64], y: NDArray[np.float64], yp: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Return the extended work vectors of all points, shape ``(nt, size)``."""
+        n = self.layout.n
+        w = np.zeros((len(times), self._size))
+        w[:, TIME_POSITION] = times
+        w[:, Y_POSITION : Y_POSITION + n] = y
+        w[:, Y_POSITION + n : Y_POSITION + 2 * n] = yp
+        w[:, self.layout.parameters : self.layout.observables] = self.parameters
+        for family in self.definitions:
+            index = self._index(family)
+
+            def operand(key: object, index: NDArray[np.int32] = index) -> NDArray[np.float64]:
+                assert isinstance(key, int)
+                return w[:, index[key]]
+
+            values = evaluate(family.template, operand, times[:, None])
+            np.add.at(w, (slice(None), self.places[family.rows]), values)
+        return w
+
+    def _index(self, family: EquationFamily) -> NDArray[np.int32]:
+        index = np.zeros(family.operands.shape, np.int32)
+        for k, kind in enumerate(family.kinds):
+            ids = family.operands[k]
+            if kind == Operand.VARIABLE:
+                index[k] = self.places[ids]
+            else:
+                index[k] = self.layout.parameters + ids
+        return index
 
     def _compute(self, w: NDArray[np.float64]) -> None:
         for kernel, index, target in self._calls:
@@ -92,6 +121,8 @@ class Observer:
         n = self.layout.n
         result = np.zeros((len(times), len(ids)))
         if (place >= self.layout.observables).any():
+            if len(times) * self._size <= _TOGETHER:
+                return self._all_points(times, y, yp)[:, place] * sign
             # Point by point: a work vector of a large model does not fit as often as there are
             # points in time.
             w = np.zeros(self._size)

@@ -12,9 +12,10 @@ from acausal.assembly.assemble import assemble, family_kernels
 from acausal.assembly.layout import Layout, lay_out, unknowns_of, values_of
 from acausal.assembly.observe import Observer
 from acausal.codegen.driver import NativeProblem
-from acausal.diagnostics import AcausalError, Diagnostic, fail
+from acausal.diagnostics import AcausalError, Diagnostic, Severity, fail
 from acausal.flattening.model import Ids
 from acausal.results.result import Ending, Event, Result
+from acausal.simulation.assertions import violations
 from acausal.simulation.labels import SystemLabels
 from acausal.simulation.output import Recorder, output_times
 from acausal.simulation.request import Request
@@ -30,6 +31,8 @@ Array = NDArray[np.float64]
 DEFAULT_TOLERANCE = 1e-6
 #: Absolute tolerance as a share of the relative one, times the nominal value of a variable.
 ABSOLUTE_SHARE = 1e-3
+#: A run of more internal steps than this is not getting anywhere.
+MOST_STEPS = 20_000_000
 #: States are looked at again after so many steps; twice as many after every look that changed
 #: nothing, up to the second number, which a look at fewer columns than that does not reach:
 #: small systems are cheap to look at. A step that fails looks at them, too.
@@ -103,6 +106,7 @@ class _Run:
                 relative_tolerance=self.tolerance,
                 absolute_tolerance=self.tolerance * ABSOLUTE_SHARE,
                 max_step=self.request.max_step,
+                max_steps=MOST_STEPS,
                 progress=self._progress if self.request.progress is not None else None,
                 labels=SystemLabels(self.system, self.current.layout),
             )
@@ -268,6 +272,11 @@ def simulate(system: System, request: Request) -> Result:
     )  # fmt: skip
     run.begin(start, values, states)
     run.record_here()
+    warned: set[int] = set()
+    remarks = violations(system, trajectories.segments, warned)
+    if any(d.severity is Severity.ERROR for d in remarks):
+        run.totals()
+        raise AcausalError(remarks)
     done = 1
     for boundary in [*events.tolist(), stop]:
         is_event = boundary != stop
@@ -289,6 +298,9 @@ def simulate(system: System, request: Request) -> Result:
     statistics = run.totals()
     statistics["start_time"] = start_time
     failure = run.failure.diagnostics if run.failure is not None else ()
+    remarks += violations(system, trajectories.segments, warned)
+    if any(d.severity is Severity.ERROR for d in remarks) and run.ending is Ending.COMPLETE:
+        run.ending = Ending.FAILED
     return Result(
         system.name,
         system.description,
@@ -305,7 +317,7 @@ def simulate(system: System, request: Request) -> Result:
             "solver": request.solver,
         },
         run.ending,
-        (*warnings, *selector.warnings(), *failure),
+        (*warnings, *selector.warnings(), *remarks, *failure),
     )
 
 

@@ -9,13 +9,15 @@ the difference of its sides does, which is bracketed on a few points and refined
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.expressions import build
 from acausal.expressions.evaluate import evaluate
-from acausal.expressions.nodes import RELATIONS, Expr
+from acausal.expressions.linearity import split_linear
+from acausal.expressions.nodes import RELATIONS, Expr, slot
 from acausal.expressions.traverse import postorder, slots
 from acausal.flattening.model import EquationFamily, Operand
 
@@ -57,8 +59,9 @@ class TimeSignals:
             if found is not None:
                 family, member = found
                 self._known[variable] = all(
-                    kind == Operand.PARAMETER or self.is_known(int(family.operands[k, member]))
-                    for k, kind in enumerate(family.kinds)
+                    family.kinds[k] == Operand.PARAMETER
+                    or self.is_known(int(family.operands[k, member]))
+                    for k in (int(key) for key in slots(family.template))  # type: ignore[call-overload]
                 )
         return self._known[variable]
 
@@ -161,6 +164,24 @@ def jump_parts(template: Expr) -> list[Expr]:
     ]
 
 
+def _explicit_rows(
+    families: Sequence[EquationFamily], table: dict[int, tuple[EquationFamily, int]]
+) -> None:
+    """Add what rows such as ``t - mod(time, period) = 0`` say of one variable."""
+    for family in families:
+        variables = [k for k, kind in enumerate(family.kinds) if kind == Operand.VARIABLE]
+        if not variables or len(variables) > 4 or family.count > _MOST_MEMBERS:
+            continue
+        for k in variables:
+            split = split_linear(family.template, slot(k))
+            if split is None or split[0].op != "const" or split[0].value == 0.0:
+                continue
+            template = build.neg(build.div(split[1], split[0]))
+            solved = replace(family, template=template)
+            for member, variable in enumerate(family.operands[k].tolist()):
+                table.setdefault(variable, (solved, member))
+
+
 def time_events(
     families: Sequence[EquationFamily],
     definitions: Sequence[EquationFamily],
@@ -193,6 +214,7 @@ def time_events(
             table[variable] = (family, member)
     for variable in twice:
         del table[variable]
+    _explicit_rows(families, table)
     signals = TimeSignals(parameters, table, representative, sign)
     found: set[float] = set()
     for family, parts in interesting:
