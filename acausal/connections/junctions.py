@@ -6,7 +6,8 @@ variables of outer faces, minus those of inner faces, add up to zero. Across var
 know faces: they are equal over everything that is joined on either side. A cut whose outer face is
 joined to nothing carries nothing.
 
-Complexity O(cuts + connections), by ``scipy.sparse.csgraph.connected_components``.
+Complexity: a few array operations over cuts and connections, see
+:mod:`acausal.connections.components`.
 """
 
 from __future__ import annotations
@@ -16,8 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.connections.components import connected_components
 from acausal.diagnostics import fail
-
 from acausal.instantiation.equations import cut_leaves
 from acausal.instantiation.numbering import Ids, Numbering
 from acausal.instantiation.template import Domain, Ref, Step, Template
@@ -68,38 +69,6 @@ class Junctions:
         return int(self.group.shape[0])
 
 
-def _labels(edges: Ids, n: int) -> Ids:
-    """Return component labels in order of first appearance."""
-    if not len(edges):
-        return np.arange(n)
-    if n <= 2000:  # SciPy's import takes longer than this loop
-        return _labels_small(edges, n)
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    ones = np.ones(len(edges), np.int8)
-    graph = coo_matrix((ones, (edges[:, 0], edges[:, 1])), shape=(n, n)).tocsr()
-    _, labels = connected_components(graph, directed=False)
-    _, first, inverse = np.unique(labels, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(first))[inverse].astype(np.int64)
-
-
-def _labels_small(edges: Ids, n: int) -> Ids:
-    parent = list(range(n))
-
-    def find(x: int) -> int:
-        while parent[x] != x:
-            parent[x] = parent[parent[x]]
-            x = parent[x]
-        return x
-
-    for a, b in edges.tolist():
-        ra, rb = find(a), find(b)
-        parent[max(ra, rb)] = min(ra, rb)
-    numbers: dict[int, int] = {}
-    return np.array([numbers.setdefault(find(x), len(numbers)) for x in range(n)], np.int64)
-
-
 def find_junctions(numbering: Numbering) -> Junctions:
     """Return the cuts of a model and how they are joined.
 
@@ -118,9 +87,9 @@ def find_junctions(numbering: Numbering) -> Junctions:
     group_of = np.concatenate(groups) if groups else np.zeros(0, np.int64)
     instance_of = np.concatenate(instances) if instances else np.zeros(0, np.int64)
     edges = _edges(numbering, offsets)
-    faces = np.arange(2 * total).reshape(-1, 2)
-    junction = _labels(edges, 2 * total)
-    node = _labels(np.concatenate([edges, faces]), 2 * total)[::2]
+    count, junction = connected_components(edges[:, 0], edges[:, 1], 2 * total)
+    # Both faces of a cut belong to one node.
+    node = connected_components(junction[::2], junction[1::2], count)[1][junction[::2]]
     interface, interfaces = _interfaces(numbering, offsets, total)
     nested = _nested(numbering, offsets, total)
     interface[nested] = -1
@@ -171,9 +140,7 @@ def _interfaces(
             arrays[which][place][offset : offset + group.count] = leaf_ids(
                 numbering, group.template, path
             )
-    return interface, tuple(
-        Interface(leaves, tuple(arrays[k])) for leaves, k in by_leaves.items()
-    )
+    return interface, tuple(Interface(leaves, tuple(arrays[k])) for leaves, k in by_leaves.items())
 
 
 def leaf_ids(numbering: Numbering, template: Template, path: tuple[str, ...]) -> Ids:

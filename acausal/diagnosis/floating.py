@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from acausal.connections.components import connected_components
 from acausal.diagnostics import fail
 from acausal.expressions.differentiate import partials
 from acausal.expressions.evaluate import evaluate
 from acausal.expressions.nodes import Expr, slot
 from acausal.flattening.flatten import Flattened
 from acausal.flattening.model import EquationFamily, Ids, Operand
-from acausal.structural.graphs import connected_components
 
 #: Names for the missing reference, by unit of the across variable.
 _REFERENCES = {"V": "a Ground", "m": "a Fixed", "rad": "a Fixed", "K": "a FixedTemperature"}
@@ -32,7 +32,10 @@ def refuse_floating(flattened: Flattened) -> None:
     potential = _potentials(flattened)
     if not potential.any():
         return
-    n = model.variables.count
+    ids_of = np.flatnonzero(potential)
+    n = len(ids_of)
+    number = np.full(len(potential), n, np.int32)
+    number[ids_of] = np.arange(n)
     tails, heads = [], []
     grounded_rows: list[Ids] = []
     for family in model.families:
@@ -43,23 +46,22 @@ def refuse_floating(flattened: Flattened) -> None:
         ]
         if not where:
             continue
-        ids = family.operands[where]
-        inside = potential[ids]
-        first = np.where(inside, ids, n).min(axis=0)
+        # Nodes are numbered among the potentials; whatever else there is has the number n.
+        ids = number[family.operands[where]]
+        inside = ids < n
+        first = ids.min(axis=0)
         for row, member in zip(ids, inside, strict=True):
             tails.append(first[member])
             heads.append(row[member])
         level = np.abs(_levels(family, where, inside)) > 1e-9
         grounded_rows.append(first[level & (first < n)])
-    count, label = connected_components(
-        np.concatenate(tails).astype(np.int64), np.concatenate(heads).astype(np.int64), n
-    )
+    count, label = connected_components(np.concatenate(tails), np.concatenate(heads), n)
     grounded = np.zeros(count, np.bool_)
-    for ids in grounded_rows:
-        grounded[label[ids]] = True
-    floating = potential & ~grounded[label]
+    for nodes in grounded_rows:
+        grounded[label[nodes]] = True
+    floating = ~grounded[label]
     if floating.any():
-        _explain(flattened, np.flatnonzero(floating & (label == label[floating.argmax()])))
+        _explain(flattened, ids_of[floating & (label == label[floating.argmax()])])
 
 
 def _potentials(flattened: Flattened) -> np.ndarray:

@@ -113,11 +113,11 @@ def eliminate(
     kept = np.zeros(model.variables.count, dtype=np.bool_)
     whole = whole_model(model)
     whole = _merged_once(whole, model.names) or whole
-    # Most variables and rows are gone now. What is left is numbered anew for the rounds.
-    small = compacted(whole)
     parameters = model.parameters if divide_by_parameters else None
     while True:
-        system = small
+        # Most variables and rows are gone now. What is left is numbered anew for the rounds. It is
+        # made again in the rare case that it is needed twice: it takes more memory than time.
+        system = compacted(whole)
         rounds = 0
         progress = True
         while progress and rounds < MAX_ROUNDS:
@@ -128,7 +128,9 @@ def eliminate(
                 progress = progress or changed
         needed = _definitions_of_lost_derivatives(system)
         if needed.shape[0] == 0:
-            return _finish(model, expanded(system, whole), rounds)
+            final = expanded(system, whole)
+            del system, whole
+            return _finish(model, final, rounds)
         kept[system.ids[needed]] = True
 
 

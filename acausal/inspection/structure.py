@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from acausal.connections.components import connected_components
 from acausal.diagnostics import AcausalError
 from acausal.elimination.eliminate import Elimination
 from acausal.flattening.flatten import Flattened
@@ -15,7 +16,6 @@ from acausal.inspection.lists import SHOWN, columns, counted, indented, listed, 
 from acausal.inspection.operands import Names
 from acausal.instantiation.places import Place
 from acausal.simulation.system import System
-from acausal.structural.graphs import connected_components
 
 
 def show_structure(flattened: Flattened, elimination: Elimination, system: System) -> list[str]:

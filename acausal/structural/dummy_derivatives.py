@@ -25,6 +25,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.connections.components import connected_components
 from acausal.flattening.model import Ids, StateSelect
 from acausal.structural.column_choice import (
     IMPOSSIBLE,
@@ -32,7 +33,7 @@ from acausal.structural.column_choice import (
     improve_columns,
     perturbed,
 )
-from acausal.structural.graphs import Mask, connected_components, stable_order
+from acausal.structural.graphs import Mask, stable_order
 from acausal.structural.highest_jacobian import HighestEntries
 from acausal.structural.incidence import Chains
 from acausal.structural.pantelides import Offsets

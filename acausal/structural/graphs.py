@@ -1,4 +1,4 @@
-"""Graph primitives on compressed adjacency: breadth-first forest, components.
+"""Graph primitives on compressed adjacency: breadth-first forest, strong components.
 
 A directed graph over nodes ``0 .. n-1`` is a pair ``(pointer, head)``: the successors of node
 ``v`` are ``head[pointer[v]:pointer[v+1]]``, in that order.
@@ -193,46 +193,6 @@ def _strong_components_in_python(pointer: Ints, head: Ints) -> tuple[int, Ints]:
                         break
                 components += 1
     return components, np.array(label, np.int64)
-
-
-def connected_components(tails: Ints, heads: Ints, n_nodes: int) -> tuple[int, Ints]:
-    """Find the components of an undirected graph.
-
-    Args:
-        tails: One end of every edge.
-        heads: The other end.
-        n_nodes: Number of nodes.
-
-    Returns:
-        Their number, and the component of each node, numbered by their smallest nodes.
-    """
-    if n_nodes + tails.shape[0] <= SMALL:
-        label = np.array(_union_find(tails.tolist(), heads.tolist(), n_nodes), np.int64)
-    else:
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components as components
-
-        ones = np.ones(tails.shape[0])
-        matrix = coo_array((ones, (tails, heads)), shape=(n_nodes, n_nodes)).tocsr()
-        label = np.asarray(components(matrix, False)[1], np.int64)
-    _, first, label = np.unique(label, return_index=True, return_inverse=True)
-    rank = np.empty(first.shape[0], np.int64)
-    rank[np.argsort(first)] = np.arange(first.shape[0])
-    return first.shape[0], rank[label]
-
-
-def _union_find(tails: list[int], heads: list[int], n_nodes: int) -> list[int]:
-    parent = list(range(n_nodes))
-
-    def root(node: int) -> int:
-        while parent[node] != node:
-            parent[node] = parent[parent[node]]
-            node = parent[node]
-        return node
-
-    for tail, other in zip(tails, heads, strict=True):
-        parent[root(tail)] = root(other)
-    return [root(node) for node in range(n_nodes)]
 
 
 def roots(before: Ints) -> Ints:
