@@ -12,6 +12,13 @@ from acausal.instantiation.equations import cut_leaves
 from acausal.instantiation.template import Template
 
 
+def _record_rows(record: Template) -> int:
+    """Return the number of equations that a record brings: values of its own fields."""
+    return sum(e.domain.length for e in record.equations) + sum(
+        child.size * _record_rows(child.template) for child in record.children.values()
+    )
+
+
 def check_class(template: Template) -> None:
     """Refuse a class without components whose equations and unknowns differ in number.
 
@@ -25,13 +32,20 @@ def check_class(template: Template) -> None:
     if any(not c.template.is_connector and c.template.definition.kind != "record"
            for c in template.children.values()):  # fmt: skip
         return
-    if template.connects:
+    if template.connects or template.outers or template.outer_values:
         return
     unknowns = sum(v.size for v in template.variables.values() if v.causality != "input")
+    rows = sum(e.domain.length for e in template.equations)
+    for path in template.bound:
+        if len(path) == 1 and path[0] in template.variables:
+            rows += template.variables[path[0]].size
     inside = 0
     for child in template.children.values():
         if child.template.definition.kind == "record":
-            inside += child.size * sum(s for _, s, _, _ in cut_leaves(child.template))
+            leaves = cut_leaves(child.template)
+            inside += child.size * sum(size for _, size, _, _ in leaves)
+            own = sum(size for path, size, _, _ in leaves if (child.name, *path) in template.bound)
+            rows += child.size * (own + _record_rows(child.template))
             continue
         if child.template.primitive_connector:
             given = child.template.variables[""].causality == "input"
@@ -39,7 +53,6 @@ def check_class(template: Template) -> None:
             continue
         leaves = cut_leaves(child.template)
         inside += child.size * sum(size for _, size, through, _ in leaves if not through)
-    rows = sum(e.domain.length for e in template.equations)
     wanted = unknowns + inside
     if rows == wanted:
         return

@@ -9,6 +9,7 @@ import numpy as np
 from acausal.diagnostics import Label, Span, fail
 from acausal.expressions import build
 from acausal.expressions.nodes import Expr, slot
+from acausal.instantiation.domain import split_by_indices
 from acausal.instantiation.environment import ClassEnvironment
 from acausal.instantiation.expressions import elaborate, shape_text
 from acausal.instantiation.merge import Element, Modification, PrimitiveType
@@ -86,13 +87,12 @@ def _repeated(value: Value, shape: tuple[int, ...]) -> Value:
 
 
 def bind_child(builder: TemplateBuilder, element: Element, child: Child) -> None:
-    """Bind what the modifications of a component set inside it."""
-    seen: set[tuple[str, ...]] = set()
+    """Bind what the modifications of a component set inside it; the outermost come first."""
+    done: set[tuple[str, ...]] = set()
     for change in element.modifications:
-        if change.path in seen:
-            continue
-        seen.add(change.path)
-        _bind_path(builder, child, change)
+        if change.path not in done:
+            done.add(change.path)
+            _bind_path(builder, child, change, done)
     kind = builder.kinds[element.name]
     if kind is not None:  # a primitive connector: the attributes of its type
         inside = child.template.variables[""]
@@ -104,7 +104,9 @@ def bind_child(builder: TemplateBuilder, element: Element, child: Child) -> None
                 _set(builder, steps, inside, change.path[0], value, change, "", True)
 
 
-def _bind_path(builder: TemplateBuilder, child: Child, change: Modification) -> None:
+def _bind_path(
+    builder: TemplateBuilder, child: Child, change: Modification, done: set[tuple[str, ...]]
+) -> None:
     steps = [(child.name, child.shape)]
     template: Template = child.template
     declaration: VariableDecl | None = None
@@ -133,13 +135,15 @@ def _bind_path(builder: TemplateBuilder, child: Child, change: Modification) -> 
         return
     value = elaborate(change.value, builder.scope(change.owner))
     if declaration is None:
-        _bind_record(builder, steps, template, value, change)
+        _bind_record(builder, steps, template, value, change, done)
         return
     text = ".".join((child.name, *change.path)) + " = "
     is_variable = declaration.name in template.variables
-    if attribute == "value" and is_variable:
-        if (child.name, *change.path) in builder.environment.bound:
+    if attribute == "value":
+        if is_variable and (child.name, *change.path) in builder.environment.bound:
             return
+        if any(change.path[:k] in done for k in range(len(change.path))):
+            return  # the record it is a field of is set from further outside
     _set(builder, steps, declaration, attribute, value, change, text,
          parameter=not is_variable)  # fmt: skip
 
@@ -150,6 +154,7 @@ def _bind_record(
     template: Template,
     value: Value,
     change: Modification,
+    done: set[tuple[str, ...]],
 ) -> None:
     if value.fields is None:
         fail("T130", f"{steps[-1][0]} is a {template.definition.kind} and has no single value",
@@ -159,12 +164,16 @@ def _bind_record(
             continue
         if name in template.children:
             inside = template.children[name]
-            _bind_record(builder, [*steps, (name, inside.shape)], inside.template, part, change)
+            below = [*steps, (name, inside.shape)]
+            _bind_record(builder, below, inside.template, part, change, done)
             continue
         declaration = template.variables.get(name) or template.parameters.get(name)
         if declaration is None:
             fail("T130", f"{template.name} has no field {name}", change.span,
                  help=f"its fields are {', '.join(template.parameters)}")  # fmt: skip
+        path = (*(step for step, _ in steps), name)
+        if path in builder.environment.bound or path[1:] in done:
+            continue
         _set(builder, steps, declaration, "value", part, change, f"{steps[-1][0]}.{name} = ",
              parameter=name in template.parameters)  # fmt: skip
 
@@ -202,17 +211,17 @@ def _set(
         free = iter(index)
         path = tuple(Step(n, tuple(next(free) for _ in shape)) for n, shape in steps)
         ref = Ref(path, declaration.name, tuple(free), parameter)
-        expression = value.get(index)
-        if attribute == "value" and not parameter:
-            residual = build.sub(slot(ref), expression)
-            template.equations.append(
-                EquationDecl(residual, domain, change.span,
-                             text + format_expression(change.value), change.owner.full_name)  # fmt: skip
-            )
-        else:
-            template.bindings.append(
-                BindingDecl(ref, attribute, expression, domain, change.span, weak)
-            )
+        said = text + format_expression(change.value)
+        for part, expression in split_by_indices(domain, value.get(index)):
+            if attribute == "value" and not parameter:
+                residual = build.sub(slot(ref), expression)
+                template.equations.append(
+                    EquationDecl(residual, part, change.span, said, change.owner.full_name)
+                )
+            else:
+                template.bindings.append(
+                    BindingDecl(ref, attribute, expression, part, change.span, weak)
+                )
 
     over_elements(full, emit)
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from acausal.expressions.evaluate import evaluate
 from acausal.expressions.nodes import Expr
-from acausal.expressions.traverse import slots
+from acausal.expressions.traverse import postorder, slots, substitute
 from acausal.instantiation.template import Domain, LoopIndex, Ref, TableEntry
 
 
@@ -37,7 +37,7 @@ def over(domain: Domain, expr: Expr) -> NDArray[np.float64]:
         IndexError: If a subscript of a constant array is out of range.
     """
     if expr.op == "const":
-        return np.full(domain.length, float(expr.value))  # type: ignore[arg-type]
+        return np.full(domain.length, number_of(expr))
     values: dict[object, NDArray[np.float64]] = {}
     for payload in slots(expr):
         if isinstance(payload, LoopIndex):
@@ -45,10 +45,40 @@ def over(domain: Domain, expr: Expr) -> NDArray[np.float64]:
         else:
             assert isinstance(payload, TableEntry)
             places = tuple(
-                checked(over(domain, i), n) for i, n in zip(payload.index, payload.shape, strict=True)
+                checked(over(domain, i), n)
+                for i, n in zip(payload.index, payload.shape, strict=True)
             )
             values[payload] = payload.array()[places]
     return np.broadcast_to(evaluate(expr, values, 0.0), (domain.length,))
+
+
+def split_by_indices(domain: Domain, expr: Expr) -> list[tuple[Domain, Expr]]:
+    """Split the passes of loops where a condition on loop indices selects between expressions.
+
+    A branch then is there only for the passes that take it, and its subscripts need be valid
+    only for those. Passes without any are left out.
+    """
+    result: list[tuple[Domain, Expr]] = []
+    stack = [(domain, expr)]
+    while stack:
+        passes, whole = stack.pop()
+        choice = _choice(whole) if passes.names else None
+        if choice is None:
+            if passes.length:
+                result.append((passes, whole))
+            continue
+        holds = over(passes, choice.args[0]) != 0.0
+        for mask, branch in ((~holds, choice.args[2]), (holds, choice.args[1])):
+            if mask.any():
+                stack.append((passes.where(mask), substitute(whole, {choice: branch})))
+    return result
+
+
+def _choice(expr: Expr) -> Expr | None:
+    for part in postorder(expr):
+        if part.op == "if" and part.args[0].op != "const" and only_loops(part.args[0]):
+            return part
+    return None
 
 
 def checked(subscripts: NDArray[np.float64], n: int) -> NDArray[np.int64]:

@@ -15,11 +15,11 @@ import numpy as np
 
 from acausal.diagnostics import Label, fail
 from acausal.diagnostics.suggest import nearest
-from acausal.expressions.nodes import ONE, Expr, const, slot
+from acausal.expressions.nodes import ONE, const
 from acausal.instantiation import equations as equation_sections
 from acausal.instantiation.bindings import bind_attributes, bind_child, bind_value
 from acausal.instantiation.environment import ClassEnvironment
-from acausal.instantiation.expressions import axis, constant_number, elaborate
+from acausal.instantiation.expressions import constant_number, elaborate
 from acausal.instantiation.merge import (
     Element,
     Merged,
@@ -30,7 +30,8 @@ from acausal.instantiation.merge import (
     type_of,
     unknown_modifier,
 )
-from acausal.instantiation.template import Child, Ref, Step, Template, VariableDecl
+from acausal.instantiation.references import follow
+from acausal.instantiation.template import Child, Template, VariableDecl
 from acausal.instantiation.values import (
     Index,
     UnitOf,
@@ -39,11 +40,10 @@ from acausal.instantiation.values import (
     indices,
     key,
     listed,
-    number,
     scalar,
     string,
 )
-from acausal.modeling.classes import ClassDef, Constant
+from acausal.modeling.classes import ClassDef, Constant, find_name
 from acausal.syntax import tree
 from acausal.units.unit import UnitError, parse_unit
 
@@ -62,12 +62,14 @@ class Environment:
         values: Values of structural parameters, by path below the class.
         bound: Variables whose own declaration equation is replaced from outside.
         inner: Templates of the ``inner`` components in sight, by name.
+        inner_values: Templates that declare the ``inner`` variables in sight, by name.
         parameters: All variables are parameters (a record declared ``parameter``).
     """
 
     values: dict[Path, Value] = field(default_factory=dict)
     bound: frozenset[Path] = frozenset()
     inner: dict[str, Template] = field(default_factory=dict)
+    inner_values: dict[str, Template] = field(default_factory=dict)
     parameters: bool = False
 
     def key(self) -> Hashable:
@@ -76,6 +78,8 @@ class Environment:
             tuple(sorted((p, key(v)) for p, v in self.values.items())),
             tuple(sorted(self.bound)),
             tuple((n, t.number) for n, t in sorted(self.inner.items())),
+            # These are still being built, and have no number yet.
+            tuple((n, id(t)) for n, t in sorted(self.inner_values.items())),
             self.parameters,
         )
 
@@ -91,7 +95,8 @@ class Elaborator:
     def __init__(self) -> None:
         self.templates: list[Template] = []
         self._by_key: dict[Hashable, Template] = {}
-        self._active: list[tuple[ClassDef, Element | None]] = []
+        #: What is being elaborated, outermost first.
+        self.active: list[tuple[ClassDef, Element | None]] = []
 
     def template(
         self, definition: ClassDef, environment: Environment, element: Element | None = None
@@ -105,7 +110,7 @@ class Elaborator:
         found = self._by_key.get(where)
         if found is not None:
             return found
-        if len(self._active) > 60 or sum(d is definition for d, _ in self._active) > 8:
+        if len(self.active) > 60 or sum(d is definition for d, _ in self.active) > 8:
             fail(
                 "N106",
                 f"{definition.full_name} contains itself",
@@ -113,11 +118,11 @@ class Elaborator:
                 label="a component of this class has a component of this class, without end",
                 help="remove the component, or make it conditional on a parameter that ends it",
             )
-        self._active.append((definition, element))
+        self.active.append((definition, element))
         try:
             template = TemplateBuilder(self, definition, environment).build()
         finally:
-            self._active.pop()
+            self.active.pop()
         self._by_key[where] = template
         return template
 
@@ -142,7 +147,7 @@ class TemplateBuilder:
         self.elaborator = elaborator
         self.environment = environment
         self.merged: Merged = merge(definition)
-        self.template = Template(-1, definition)
+        self.template = Template(-1, definition, bound=environment.bound)
         self._declared: set[str] = set()
         self._active: list[str] = []
         #: Child components, variables and parameters that still need their bindings.
@@ -161,6 +166,8 @@ class TemplateBuilder:
         self.elaborator.templates.append(self.template)
         for name, element in self.merged.elements.items():
             if name in self.template.absent or name in self.template.outers:
+                continue
+            if name in self.template.outer_values:
                 continue
             kind = self.kinds[name]
             if name in self.template.children:
@@ -226,6 +233,8 @@ class TemplateBuilder:
         definition = type_of(element)
         kind = primitive_type(definition)
         self.kinds[name] = kind
+        if element.has("inner") and kind is not None and not kind.connector:
+            self.template.inner_values.add(name)
         if kind is None:
             assert isinstance(definition, ClassDef)
             self._declare_component(element, definition)
@@ -265,11 +274,18 @@ class TemplateBuilder:
     def _declare_outer(self, element: Element) -> None:
         name = element.name
         template = self.environment.inner.get(name)
+        if template is None and name in self.environment.inner_values:
+            self.template.outer_values[name] = self.environment.inner_values[name]
+            return
         if template is None:
+            # The place to mend is where the component that needs it is declared.
+            _, user = self.elaborator.active[-1]
+            where = element.declaration.span if user is None else user.declaration.span
             fail(
                 "N118",
                 f"{self.merged.definition.full_name} needs an inner component called {name}",
-                element.declaration.span,
+                where,
+                labels=[Label(element.declaration.span, "asked for here")],
                 help=f"declare it in the model: inner {element.declaration.type_name} {name};",
             )
         self.template.outers[name] = template
@@ -291,23 +307,39 @@ class TemplateBuilder:
                 self._reach(definition, change, shape, element, values, bound)
         for name_, value in self._record_fields(element, definition):
             values.setdefault(name_, value)
-        inner = dict(self.environment.inner)
-        for other in self.merged.elements.values():
-            if other.has("inner") and other.name != name:
-                self.declare(other.name)
-                if other.name in self.template.children:
-                    inner[other.name] = self.template.children[other.name].template
+        if any(not m.path for m in element.modifications) and not element.has("parameter"):
+            bound |= set(record_leaves(definition))
+        inner, inner_values = self._inner_in_sight(name)
         parameters = self.environment.parameters or (
             definition.kind == "record" and (element.has("parameter") or element.has("constant"))
         )
         environment = Environment(
-            {**values, **outside}, bound_outside | frozenset(bound), inner, parameters
+            {**values, **outside},
+            bound_outside | frozenset(bound),
+            inner,
+            inner_values,
+            parameters,
         )
         template = self.elaborator.template(definition, environment, element)
         self.template.children[name] = Child(
             name, shape, template, element.declaration.span, element.has("inner"),
             element.declaration.description, element.declaration.public,
         )  # fmt: skip
+
+    def _inner_in_sight(self, name: str) -> tuple[dict[str, Template], dict[str, Template]]:
+        """Return the ``inner`` components and variables that component ``name`` sees."""
+        inner = dict(self.environment.inner)
+        values = dict(self.environment.inner_values)
+        for other in self.merged.elements.values():
+            if other.has("inner") and other.name != name:
+                self.declare(other.name)
+                if other.name in self.template.children:
+                    inner[other.name] = self.template.children[other.name].template
+                    values.pop(other.name, None)
+                elif other.name in self.template.inner_values:
+                    values[other.name] = self.template
+                    inner.pop(other.name, None)
+        return inner, values
 
     def _record_fields(self, element: Element, definition: ClassDef) -> list[tuple[Path, Value]]:
         """Return structural fields of a record that is bound as a whole."""
@@ -367,6 +399,8 @@ class TemplateBuilder:
             elif not inside.has("parameter") and not element.has("parameter"):
                 bound.add(path)
             return
+        if not element.has("parameter"):
+            bound |= {change.path + leaf for leaf in record_leaves(where)}
 
     def _uniform(
         self, change: Modification, shape: tuple[int, ...], element: Element
@@ -462,6 +496,10 @@ class TemplateBuilder:
                          help="give it a size")  # fmt: skip
                 result.append(known[k])
                 continue
+            literals = _literals(expression, owner)
+            if literals:
+                result.append(literals)
+                continue
             size = constant_number(expression, self.scope(owner), f"the size of {element.name}")
             if size != int(size) or size < 0:
                 fail("T122", f"the size of {element.name} is {size:g}", expression.span,
@@ -496,172 +534,39 @@ class TemplateBuilder:
         return follow(self, reference, env)
 
 
+def record_leaves(definition: ClassDef) -> list[Path]:
+    """Return the paths of the variables of a record; parameters and other classes have none."""
+    if definition.kind != "record":
+        return []
+    result: list[Path] = []
+    for name, element in merge(definition).elements.items():
+        if element.has("parameter") or element.has("constant"):
+            continue
+        found = type_of(element)
+        if primitive_type(found) is not None:
+            result.append((name,))
+        elif isinstance(found, ClassDef):
+            result += [(name, *leaf) for leaf in record_leaves(found)]
+    return result
+
+
+def _literals(dimension: tree.Expression, owner: ClassDef) -> int:
+    """Return the number of literals if an array dimension is an enumeration, else 0."""
+    if not isinstance(dimension, tree.Reference):
+        return 0
+    found = find_name(owner, dimension)
+    if not isinstance(found, ClassDef):
+        return 0
+    kind = primitive_type(found)
+    enumeration = kind.enumeration if kind is not None else None
+    return len(enumeration.tree.enumeration or ()) if enumeration is not None else 0
+
+
 def _component(value: Value, index: Index) -> Value:
     rest = value.shape[len(index) :]
     if not rest:
         return scalar(value.get(index), value.type, value.unit, value.enumeration)
     return Value(value.type, rest, lambda i: value.get((*index, *i)), value.unit)
-
-
-def unit_of(declaration: VariableDecl) -> UnitOf:
-    """Return the dimension of a variable; None without a unit or with an offset or factor."""
-    if not declaration.unit:
-        return None
-    unit = parse_unit(declaration.unit)
-    return unit.dimension if unit.factor == 1.0 and not unit.offset else None
-
-
-def follow(builder: TemplateBuilder, reference: tree.Reference, env: ClassEnvironment) -> Value:
-    """Walk down a component reference.
-
-    Raises:
-        AcausalError: ``N102`` for an unknown part, ``N113`` for a component used as a value,
-            ``N114`` for one that is switched off.
-    """
-    first = reference.parts[0]
-    builder.declare(first.name)
-    template = builder.template
-    steps: list[tuple[str, list[Value]]] = []
-    outer = ""
-    for k, part in enumerate(reference.parts):
-        name = part.name
-        if k == 0 and name in template.outers and name not in template.children:
-            outer, template = name, template.outers[name]
-            continue
-        if name in template.absent:
-            fail("N114", f"{reference} does not exist here", part.span,
-                 label=f"{name} is a conditional component and switched off",
-                 help="set the parameter that switches it on, or do not use it")  # fmt: skip
-        if name in template.children:
-            child = template.children[name]
-            axes = _axes(part, child.shape, env)
-            steps.append((name, axes))
-            template = child.template
-            continue
-        declaration = template.variables.get(name) or template.parameters.get(name)
-        if declaration is not None:
-            axes = _axes(part, declaration.shape, env)
-            _no_more(reference, k, name)
-            return _leaf(builder, template, declaration, steps, axes, outer)
-        if name in template.structural:
-            _no_more(reference, k, name)
-            value = template.structural[name]
-            own = _selected(value, _axes(part, value.shape, env))
-            return _broadcast(own, [a for _, step in steps for a in step])
-        _unknown_part(reference, k, template)
-    if template.primitive_connector:
-        return _leaf(builder, template, template.variables[""], steps, [], outer)
-    if template.definition.kind in ("record", "connector") or outer or steps:
-        return _record(builder, template, steps, outer, reference)
-    raise AssertionError(reference)
-
-
-def _axes(part: tree.NamePart, shape: tuple[int, ...], env: ClassEnvironment) -> list[Value]:
-    if len(part.subscripts) > len(shape):
-        what = "is not an array" if not shape else f"has {len(shape)} dimensions"
-        fail("T113", f"{part.name} {what}", part.span,
-             help="remove the subscript" if not shape else "use fewer subscripts")  # fmt: skip
-    subscripts = (*part.subscripts, *[None] * (len(shape) - len(part.subscripts)))
-    return [axis(s, n, env) for s, n in zip(subscripts, shape, strict=True)]
-
-
-def _no_more(reference: tree.Reference, k: int, name: str) -> None:
-    if k + 1 < len(reference.parts):
-        fail("N102", f"{name} is a number and has no parts", reference.parts[k + 1].span,
-             help=f"remove .{reference.parts[k + 1].name}")  # fmt: skip
-
-
-def _unknown_part(reference: tree.Reference, k: int, template: Template) -> None:
-    name = reference.parts[k].name
-    known = [*template.variables, *template.parameters, *template.children, *template.structural]
-    close = nearest(name, known)
-    fail(
-        "N102",
-        f"{template.name} has nothing called {name}",
-        reference.parts[k].span,
-        label="this name is not declared there",
-        notes=[f"did you mean {' or '.join(close)}?"] if close else [],
-        help=f"write {close[0]}, if that is what you mean" if close
-        else f"acausal list {template.name} shows what it has",
-    )
-
-
-def _leaf(
-    builder: TemplateBuilder,
-    template: Template,
-    declaration: VariableDecl,
-    steps: list[tuple[str, list[Value]]],
-    axes: list[Value],
-    outer: str,
-) -> Value:
-    every = [a for _, step in steps for a in step] + axes
-    shape = tuple(a.size for a in every if a.shape)
-    parameter = declaration.name in template.parameters and template.parameters[
-        declaration.name
-    ] is declaration
-
-    def get(index: Index) -> Expr:
-        free = iter(index)
-
-        def taken(parts: list[Value]) -> Index:
-            return tuple(a.get((next(free),)) if a.shape else a.expr for a in parts)
-
-        path = tuple(Step(name, taken(step)) for name, step in steps)
-        return slot(Ref(path, declaration.name, taken(axes), parameter, 0, outer))
-
-    return Value("Real", shape, get, unit_of(declaration))
-
-
-def _selected(value: Value, axes: list[Value]) -> Value:
-    if not axes or all(a.shape and a.size == n for a, n in zip(axes, value.shape, strict=True)):
-        return value
-    shape = tuple(a.size for a in axes if a.shape)
-
-    def get(index: Index) -> Expr:
-        free = iter(index)
-        return value.get(tuple(a.get((next(free),)) if a.shape else a.expr for a in axes))
-
-    return Value(value.type, shape, get, value.unit, value.text, None, value.enumeration)
-
-
-def _broadcast(value: Value, axes: list[Value]) -> Value:
-    outer = tuple(a.size for a in axes if a.shape)
-    if not outer:
-        return value
-    n = len(outer)
-    return Value(
-        value.type, (*outer, *value.shape), lambda i: value.get(i[n:]), value.unit, value.text,
-        None, value.enumeration,
-    )  # fmt: skip
-
-
-def _record(
-    builder: TemplateBuilder,
-    template: Template,
-    steps: list[tuple[str, list[Value]]],
-    outer: str,
-    reference: tree.Reference,
-) -> Value:
-    if template.definition.kind not in ("record", "connector"):
-        fail("N113", f"{reference} is a component, not a value", reference.span,
-             label=f"a {template.name}",
-             help="name one of its variables")  # fmt: skip
-    fields: dict[str, Value] = {}
-    for name, declaration in {**template.variables, **template.parameters}.items():
-        axes = [Value("Integer", (n,), lambda i: i[0]) for n in declaration.shape]
-        fields[name] = _leaf(builder, template, declaration, steps, axes, outer)
-    every = [a for _, step in steps for a in step]
-    for name, value in template.structural.items():
-        fields[name] = _broadcast(value, every)
-    for name, child in template.children.items():
-        own = [Value("Integer", (n,), lambda i: i[0]) for n in child.shape]
-        below = [*steps, (name, own)]
-        if child.template.primitive_connector:
-            inside = child.template.variables[""]
-            fields[name] = _leaf(builder, child.template, inside, below, [], outer)
-        else:
-            fields[name] = _record(builder, child.template, below, outer, reference)
-    return Value("record", (), lambda _: number(0.0).expr, None, None, fields)
 
 
 def constant_of_class(found: Constant, depth: int) -> Value:

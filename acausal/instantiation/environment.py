@@ -10,7 +10,7 @@ from acausal.instantiation.builtins import builtin_names, find_builtin
 from acausal.instantiation.expressions import Environment, elaborate, subscripted
 from acausal.instantiation.functions import inline
 from acausal.instantiation.merge import merge, primitive_type
-from acausal.instantiation.values import Value, number, scalar
+from acausal.instantiation.values import LITERAL, Value, number, scalar
 from acausal.modeling.classes import BUILTIN_TYPES, Builtin, ClassDef, Constant, find_name
 from acausal.syntax import tree
 
@@ -135,7 +135,10 @@ class ClassEnvironment:
             if handler is not None:
                 return handler(call, arguments)
             if parts[0].name in BUILTIN_TYPES and len(call.arguments) == 1:
-                return elaborate(call.arguments[0], arguments)
+                value = elaborate(call.arguments[0], arguments)
+                if parts[0].name == "Integer" and value.type == "enumeration":
+                    return Value("Integer", value.shape, value.get, LITERAL)
+                return value
         results = self.call_all(call, arguments)
         if not results:
             fail("T120", f"{call.function} gives no value", call.span,

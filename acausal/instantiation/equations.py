@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from acausal.diagnostics import Label, Span, fail
 from acausal.expressions import build
 from acausal.expressions.nodes import ZERO, Expr, const, slot
 from acausal.instantiation.bindings import over_elements
-from acausal.instantiation.domain import has_loops, only_loops, over
+from acausal.instantiation.domain import has_loops, only_loops, over, split_by_indices
 from acausal.instantiation.environment import ClassEnvironment
 from acausal.instantiation.expressions import (
     axis,
@@ -171,35 +169,8 @@ def _trivial(residual: Expr, span: Span) -> None:
 
 def _keep(sink: _Sink, declaration: EquationDecl) -> None:
     """Store an equation, split where a condition on loop indices selects between forms."""
-    if declaration.domain.names:
-        choice = _loop_condition(declaration.residual)
-        if choice is not None:
-            holds = over(declaration.domain, choice.args[0]) != 0.0
-            for mask, branch in ((holds, choice.args[1]), (~holds, choice.args[2])):
-                if mask.any():
-                    _keep(sink, replace(
-                        declaration,
-                        residual=_replaced(declaration.residual, choice, branch),
-                        domain=declaration.domain.where(mask),
-                    ))  # fmt: skip
-            return
-    if declaration.domain.length:
-        sink.equations.append(declaration)
-
-
-def _loop_condition(expr: Expr) -> Expr | None:
-    from acausal.expressions.traverse import postorder
-
-    for part in postorder(expr):
-        if part.op == "if" and only_loops(part.args[0]) and part.args[0].op != "const":
-            return part
-    return None
-
-
-def _replaced(expr: Expr, old: Expr, new: Expr) -> Expr:
-    from acausal.expressions.traverse import substitute
-
-    return substitute(expr, {old: new})
+    for domain, residual in split_by_indices(declaration.domain, declaration.residual):
+        sink.equations.append(replace(declaration, residual=residual, domain=domain))
 
 
 # --- loops and conditions ----------------------------------------------------------------

@@ -7,13 +7,17 @@ modifications of the same path the outer one wins.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import TypeVar
 
 from acausal.diagnostics import Label, Span, fail
 from acausal.diagnostics.suggest import nearest
 from acausal.modeling.classes import Builtin, ClassDef, lookup
 from acausal.syntax import tree
+from acausal.syntax.class_formatter import component_text
+from acausal.syntax.formatter import format_expression
 
 
 @dataclass(frozen=True)
@@ -144,9 +148,10 @@ def _own_elements(definition: ClassDef, elements: dict[str, Element]) -> None:
     for declaration in definition.tree.components:
         own = modifications(declaration.modifiers, definition)
         if declaration.value is not None:
+            final = "final" in declaration.prefixes
             own.append(
                 Modification(
-                    (), declaration.value, definition, False, False, declaration.value.span
+                    (), declaration.value, definition, False, final, declaration.value.span
                 )
             )
         before = elements.get(declaration.name)
@@ -159,7 +164,7 @@ def _own_elements(definition: ClassDef, elements: dict[str, Element]) -> None:
                     labels=[Label(before.declaration.span, "first here")],
                     help="rename one of the two",
                 )
-            if str(before.declaration.type_name) != str(declaration.type_name):
+            if component_text(before.declaration) != component_text(declaration):
                 fail(
                     "N105",
                     f"{declaration.name} is already declared in {before.owner.full_name}",
@@ -191,11 +196,13 @@ def merge(definition: ClassDef) -> Merged:
         changes = modifications(clause.modifiers, definition)
         merged = apply(inherited.elements, changes, base)
         for name, element in merged.items():
+            _inherit(element, elements, clause)
             elements.setdefault(name, element)
-        equations += inherited.equations
-        initial += inherited.initial_equations
-        algorithms += inherited.algorithms
-        initial_algorithms += inherited.initial_algorithms
+        # What comes over two ways from one class is there once.
+        equations += _new(inherited.equations, equations)
+        initial += _new(inherited.initial_equations, initial)
+        algorithms += _new(inherited.algorithms, algorithms)
+        initial_algorithms += _new(inherited.initial_algorithms, initial_algorithms)
     _own_elements(definition, elements)
     equations += [(e, definition) for e in definition.tree.equations]
     initial += [(e, definition) for e in definition.tree.initial_equations]
@@ -209,6 +216,47 @@ def merge(definition: ClassDef) -> Merged:
         tuple(algorithms),
         tuple(initial_algorithms),
     )
+
+
+def _inherit(
+    element: Element, elements: dict[str, Element], clause: tree.ExtendsClause
+) -> None:
+    """Refuse to inherit a component that is there already and is not the same.
+
+    Raises:
+        AcausalError: ``N105``.
+    """
+    before = elements.get(element.name)
+    if before is None or _written(before) == _written(element):
+        return
+    fail(
+        "N105",
+        f"{element.name} is inherited twice, and not as the same",
+        clause.span,
+        labels=[
+            Label(before.declaration.span, "inherited from here"),
+            Label(element.declaration.span, "and from here"),
+        ],
+        help="extend only one of the two classes, or rename one of the components",
+    )
+
+
+def _written(element: Element) -> tuple[object, ...]:
+    """Return what a component is like, wherever it is written."""
+    return (
+        component_text(element.declaration),
+        *((m.path, format_expression(m.value), m.each, m.final) for m in element.modifications),
+    )
+
+
+_Section = TypeVar("_Section")
+
+
+def _new(
+    inherited: Sequence[tuple[_Section, ClassDef]], known: Sequence[tuple[_Section, ClassDef]]
+) -> list[tuple[_Section, ClassDef]]:
+    seen = {(id(section), id(owner)) for section, owner in known}
+    return [entry for entry in inherited if (id(entry[0]), id(entry[1])) not in seen]
 
 
 def apply(

@@ -182,7 +182,7 @@ class Numbering:
     def owner(self, template: Template, ref: Ref) -> Template:
         """Return the template that declares what a reference in ``template`` leads to."""
         if ref.outer:
-            template = template.outers[ref.outer]
+            template = _outer(template, ref.outer)
         for step in ref.path:
             template = template.children[step.name].template
         return template
@@ -203,7 +203,7 @@ class Numbering:
         here: Ids = np.arange(self.groups[number].count)[:, None]
         if outer:
             here = self.outer_instances(number, outer)[:, None]
-            template = template.outers[outer]
+            template = _outer(template, outer)
         for step in path:
             child = template.children[step.name]
             first = self._child_first.get((template.number, step.name), 0)
@@ -233,7 +233,10 @@ class Numbering:
         return np.broadcast_to(result, (count, domain.length)).reshape(-1)
 
     def outer_instances(self, number: int, name: str) -> Ids:
-        """Return the instance of the ``inner`` component that each instance of a group sees."""
+        """Return the instance that each instance of a group sees as an ``outer`` one.
+
+        It is that of the ``inner`` component, or of the class that declares an ``inner`` variable.
+        """
         known = self._outer.get((number, name))
         if known is not None:
             return known
@@ -244,6 +247,8 @@ class Numbering:
             child = owner.template.children.get(name)
             if child is not None and child.inner and name != block.name:
                 seen = self._child_first[block.owner, name] + np.arange(owner.count)
+            elif name in owner.template.inner_values:
+                seen = np.arange(owner.count)
             else:
                 seen = self.outer_instances(block.owner, name)
             total = owner.count * block.size
@@ -265,6 +270,11 @@ class Numbering:
         return ".".join(reversed(parts))
 
 
+def _outer(template: Template, name: str) -> Template:
+    found = template.outers.get(name)
+    return template.outer_values[name] if found is None else found
+
+
 def subscript_text(place: int, shape: tuple[int, ...]) -> str:
     """Return ``[i,j]`` for a row-major place, empty for a scalar."""
     if not shape:
@@ -281,7 +291,7 @@ def linear(index: tuple[Expr, ...], shape: tuple[int, ...], domain: Domain) -> I
     place = np.zeros((1, 1), np.int64)
     for expr, n in zip(index, shape, strict=True):
         if expr.op == "const":
-            own = checked(np.array([float(expr.value)]), n)  # type: ignore[arg-type]
+            own = checked(np.array([number_of(expr)]), n)
         else:
             own = checked(over(domain, expr), n)
         place = place * n + own[None, :]

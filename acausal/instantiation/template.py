@@ -247,6 +247,10 @@ class Template:
         children: Components by name, in declaration order.
         absent: Conditional components that are switched off.
         outers: Names of ``outer`` components that instances use.
+        outer_values: Names of ``outer`` variables and parameters, with the class that declares
+            them ``inner``.
+        inner_values: Names of ``inner`` variables and parameters.
+        bound: Paths of variables whose value is set where the class is used.
     """
 
     number: int
@@ -257,6 +261,9 @@ class Template:
     children: dict[str, Child] = field(default_factory=dict)
     absent: set[str] = field(default_factory=set)
     outers: dict[str, Template] = field(default_factory=dict)
+    outer_values: dict[str, Template] = field(default_factory=dict)
+    inner_values: set[str] = field(default_factory=set)
+    bound: frozenset[tuple[str, ...]] = frozenset()
     equations: list[EquationDecl] = field(default_factory=list)
     initial_equations: list[EquationDecl] = field(default_factory=list)
     bindings: list[BindingDecl] = field(default_factory=list)

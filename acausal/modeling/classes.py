@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 from acausal.diagnostics import Span, fail
 from acausal.diagnostics.suggest import nearest
@@ -55,7 +55,8 @@ class Scope(Protocol):
         """Names for suggestions."""
 
 
-Found = "ClassDef | Builtin | Constant | Scope"
+#: What a name can mean.
+Found: TypeAlias = "ClassDef | Builtin | Constant | Scope"
 
 
 class ClassDef:
@@ -172,6 +173,8 @@ class ClassDef:
         for base, _ in self.bases:
             if isinstance(base, ClassDef):
                 found = base.member(name)
+                if isinstance(found, Constant):
+                    return Constant(self, found.declaration)  # as modified by this class
                 if found is not None:
                     return found
         return None
@@ -224,11 +227,21 @@ def _root(scope: Scope) -> Scope:
     return scope
 
 
+def _global(scope: Scope, name: str) -> Found | None:
+    """Return a top-level class or package: of the file the text stands in, or of the library."""
+    where: Scope | None = scope
+    while where is not None:
+        if isinstance(where, FileScope) and not where.full_name and name in where.classes:
+            return where.classes[name]
+        where = where.parent
+    return _member(_root(scope), name)
+
+
 def _import_target(clause: tree.ImportClause, path: tuple[str, ...], scope: Scope) -> Found:
     found: Found | None = _root(scope)
     done: list[str] = []
     for part in path:
-        inner = _member(found, part)
+        inner = _member(found, part) if done else _global(scope, part)
         if inner is None:
             where = ".".join(done)
             fail(
@@ -269,7 +282,7 @@ def imported_names(clause: tree.ImportClause, scope: Scope) -> list[str]:
     """Return the names an import clause makes visible, for suggestions."""
     if clause.wildcard:
         target = _import_target(clause, clause.path, scope)
-        return target.names() if hasattr(target, "names") else []
+        return [] if isinstance(target, (Builtin, Constant)) else target.names()
     return list(clause.names) or [clause.alias or clause.path[-1]]
 
 
@@ -353,7 +366,9 @@ def find_name(
     found: Found | None = None
     if start is not None:
         found = start.classes.get(first) or find_import(start.tree.imports, first, start)
-    where: Scope | None = _root(scope) if reference.absolute else scope
+    where: Scope | None = scope
+    if reference.absolute:
+        found, where = _global(scope, first), None
     while found is None and where is not None:
         found = where.find(first)
         if skip_components and isinstance(found, Constant):

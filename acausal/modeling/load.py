@@ -7,7 +7,7 @@ from pathlib import Path
 from acausal.diagnostics import fail
 from acausal.diagnostics.suggest import nearest
 from acausal.modeling.classes import ClassDef
-from acausal.modeling.library import Root, classes_of, standard_library
+from acausal.modeling.library import FolderPackage, Root, classes_of, standard_library
 from acausal.syntax.cache import parse_cached
 
 #: Kinds of classes that can be simulated.
@@ -24,7 +24,9 @@ def load_file(path: Path) -> tuple[dict[str, ClassDef], Root]:
     """
     file = parse_cached(path)
     root = standard_library((path.resolve().parent,))
-    return classes_of(file, root), root
+    package: object = library_class(".".join(file.within), root) if file.within else root
+    inside = package if isinstance(package, FolderPackage) else root
+    return classes_of(file, inside), root
 
 
 def load_text(text: str, source: str = "<text>") -> tuple[dict[str, ClassDef], Root]:

@@ -1,0 +1,196 @@
+"""Component references: from a dotted name down the tree of components to a value."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from acausal.diagnostics import fail
+from acausal.diagnostics.suggest import nearest
+from acausal.expressions.nodes import Expr, slot
+from acausal.instantiation.environment import ClassEnvironment
+from acausal.instantiation.expressions import axis
+from acausal.instantiation.template import Ref, Step, Template, VariableDecl
+from acausal.instantiation.values import Index, UnitOf, Value, number
+from acausal.syntax import tree
+from acausal.units.unit import parse_unit
+
+if TYPE_CHECKING:
+    from acausal.instantiation.elaborate import TemplateBuilder
+
+
+def unit_of(declaration: VariableDecl) -> UnitOf:
+    """Return the dimension of a variable; None without a unit or with an offset or factor."""
+    if not declaration.unit:
+        return None
+    unit = parse_unit(declaration.unit)
+    return unit.dimension if unit.factor == 1.0 and not unit.offset else None
+
+
+def follow(builder: TemplateBuilder, reference: tree.Reference, env: ClassEnvironment) -> Value:
+    """Walk down a component reference.
+
+    Raises:
+        AcausalError: ``N102`` for an unknown part, ``N113`` for a component used as a value,
+            ``N114`` for one that is switched off.
+    """
+    first = reference.parts[0]
+    builder.declare(first.name)
+    template = builder.template
+    steps: list[tuple[str, list[Value]]] = []
+    outer = ""
+    if first.name in template.outer_values:
+        return _outer_value(builder, reference, env)
+    for k, part in enumerate(reference.parts):
+        name = part.name
+        if k == 0 and name in template.outers and name not in template.children:
+            outer, template = name, template.outers[name]
+            continue
+        if name in template.absent:
+            fail("N114", f"{reference} does not exist here", part.span,
+                 label=f"{name} is a conditional component and switched off",
+                 help="set the parameter that switches it on, or do not use it")  # fmt: skip
+        if name in template.children:
+            child = template.children[name]
+            axes = _axes(part, child.shape, env)
+            steps.append((name, axes))
+            template = child.template
+            continue
+        declaration = template.variables.get(name) or template.parameters.get(name)
+        if declaration is not None:
+            axes = _axes(part, declaration.shape, env)
+            _no_more(reference, k, name)
+            return _leaf(builder, template, declaration, steps, axes, outer)
+        if name in template.structural:
+            _no_more(reference, k, name)
+            value = template.structural[name]
+            own = _selected(value, _axes(part, value.shape, env))
+            return _broadcast(own, [a for _, step in steps for a in step])
+        _unknown_part(reference, k, template)
+    if template.primitive_connector:
+        return _leaf(builder, template, template.variables[""], steps, [], outer)
+    if template.definition.kind in ("record", "connector") or outer or steps:
+        return _record(builder, template, steps, outer, reference)
+    raise AssertionError(reference)
+
+
+def _outer_value(
+    builder: TemplateBuilder, reference: tree.Reference, env: ClassEnvironment
+) -> Value:
+    """Return an ``outer`` variable, parameter or constant."""
+    part = reference.parts[0]
+    owner = builder.template.outer_values[part.name]
+    _no_more(reference, 0, part.name)
+    if part.name in owner.structural:
+        value = owner.structural[part.name]
+        return _selected(value, _axes(part, value.shape, env))
+    declaration = owner.variables.get(part.name) or owner.parameters[part.name]
+    axes = _axes(part, declaration.shape, env)
+    return _leaf(builder, owner, declaration, [], axes, part.name)
+
+
+def _axes(part: tree.NamePart, shape: tuple[int, ...], env: ClassEnvironment) -> list[Value]:
+    if len(part.subscripts) > len(shape):
+        what = "is not an array" if not shape else f"has {len(shape)} dimensions"
+        fail("T113", f"{part.name} {what}", part.span,
+             help="remove the subscript" if not shape else "use fewer subscripts")  # fmt: skip
+    subscripts = (*part.subscripts, *[None] * (len(shape) - len(part.subscripts)))
+    return [axis(s, n, env) for s, n in zip(subscripts, shape, strict=True)]
+
+
+def _no_more(reference: tree.Reference, k: int, name: str) -> None:
+    if k + 1 < len(reference.parts):
+        fail("N102", f"{name} is a number and has no parts", reference.parts[k + 1].span,
+             help=f"remove .{reference.parts[k + 1].name}")  # fmt: skip
+
+
+def _unknown_part(reference: tree.Reference, k: int, template: Template) -> None:
+    name = reference.parts[k].name
+    known = [*template.variables, *template.parameters, *template.children, *template.structural]
+    close = nearest(name, known)
+    fail(
+        "N102",
+        f"{template.name} has nothing called {name}",
+        reference.parts[k].span,
+        label="this name is not declared there",
+        notes=[f"did you mean {' or '.join(close)}?"] if close else [],
+        help=f"write {close[0]}, if that is what you mean" if close
+        else f"acausal list {template.name} shows what it has",
+    )
+
+
+def _leaf(
+    builder: TemplateBuilder,
+    template: Template,
+    declaration: VariableDecl,
+    steps: list[tuple[str, list[Value]]],
+    axes: list[Value],
+    outer: str,
+) -> Value:
+    every = [a for _, step in steps for a in step] + axes
+    shape = tuple(a.size for a in every if a.shape)
+    parameter = declaration.name in template.parameters and template.parameters[
+        declaration.name
+    ] is declaration
+
+    def get(index: Index) -> Expr:
+        free = iter(index)
+
+        def taken(parts: list[Value]) -> Index:
+            return tuple(a.get((next(free),)) if a.shape else a.expr for a in parts)
+
+        path = tuple(Step(name, taken(step)) for name, step in steps)
+        return slot(Ref(path, declaration.name, taken(axes), parameter, 0, outer))
+
+    return Value("Real", shape, get, unit_of(declaration))
+
+
+def _selected(value: Value, axes: list[Value]) -> Value:
+    if not axes or all(a.shape and a.size == n for a, n in zip(axes, value.shape, strict=True)):
+        return value
+    shape = tuple(a.size for a in axes if a.shape)
+
+    def get(index: Index) -> Expr:
+        free = iter(index)
+        return value.get(tuple(a.get((next(free),)) if a.shape else a.expr for a in axes))
+
+    return Value(value.type, shape, get, value.unit, value.text, None, value.enumeration)
+
+
+def _broadcast(value: Value, axes: list[Value]) -> Value:
+    outer = tuple(a.size for a in axes if a.shape)
+    if not outer:
+        return value
+    n = len(outer)
+    return Value(
+        value.type, (*outer, *value.shape), lambda i: value.get(i[n:]), value.unit, value.text,
+        None, value.enumeration,
+    )  # fmt: skip
+
+
+def _record(
+    builder: TemplateBuilder,
+    template: Template,
+    steps: list[tuple[str, list[Value]]],
+    outer: str,
+    reference: tree.Reference,
+) -> Value:
+    if template.definition.kind not in ("record", "connector"):
+        fail("N113", f"{reference} is a component, not a value", reference.span,
+             label=f"a {template.name}",
+             help="name one of its variables")  # fmt: skip
+    fields: dict[str, Value] = {}
+    for name, declaration in {**template.variables, **template.parameters}.items():
+        axes = [Value("Integer", (n,), lambda i: i[0]) for n in declaration.shape]
+        fields[name] = _leaf(builder, template, declaration, steps, axes, outer)
+    every = [a for _, step in steps for a in step]
+    for name, value in template.structural.items():
+        fields[name] = _broadcast(value, every)
+    for name, child in template.children.items():
+        own = [Value("Integer", (n,), lambda i: i[0]) for n in child.shape]
+        below = [*steps, (name, own)]
+        if child.template.primitive_connector:
+            inside = child.template.variables[""]
+            fields[name] = _leaf(builder, child.template, inside, below, [], outer)
+        else:
+            fields[name] = _record(builder, child.template, below, outer, reference)
+    return Value("record", (), lambda _: number(0.0).expr, None, None, fields)
