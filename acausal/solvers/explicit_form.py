@@ -34,7 +34,7 @@ Array = NDArray[np.float64]
 DENSE_LIMIT = 150
 MAX_ITERATIONS = 12
 #: Newton stops when its correction is so small relative to the tolerance of the integration.
-NEWTON_FRACTION = 1e-3
+NEWTON_FRACTION = 1e-4
 #: Most entries of a dense matrix with one column for each state.
 LARGEST_MATRIX = 50_000_000
 #: A correction that does not become smaller any more but is so small relative to the values.

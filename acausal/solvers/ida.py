@@ -34,6 +34,7 @@ from acausal.solvers.pacing import Pace, interruptible
 from acausal.solvers.protocol import Options, RunResult, Statistics, Status, StepResult
 from acausal.solvers.sundials import binding as c
 from acausal.solvers.system import NativeSystem, native_system
+from acausal.solvers.tolerances import ida_tolerances, suppressing
 
 if TYPE_CHECKING:
     from acausal.assembly.problem import DAEProblem
@@ -157,16 +158,11 @@ class IDAIntegrator:
         self._states[:] = problem.differential
         words[Word.CONSISTENT] = not problem.differential.all()
         self._check(lib.IDASetId(memory, self._vectors[4]))
-        self._suppress(bool(self._options.suppress_algebraic))
-        np.multiply(problem.nominal, self._options.absolute_tolerance, out=self._tolerance)
-        self._check(lib.IDASVtolerances(memory, self._options.relative_tolerance, tolerance))
+        lib.IDASetSuppressAlg(memory, int(suppressing(self._options, problem)))
+        self._relative, self._tolerance[:] = ida_tolerances(self._options, problem)
+        self._check(lib.IDASVtolerances(memory, self._relative, tolerance))
         if not self._same_pattern(system):
             self._make_matrix(system)
-
-    def _suppress(self, wanted: bool) -> None:
-        # Without a single state, IDA would have nothing left to control the step with.
-        possible = bool(self._system.problem.differential.any())
-        self._c.IDASetSuppressAlg(self._memory, int(wanted and possible))
 
     def _same_pattern(self, system: NativeSystem) -> bool:
         if self._pattern is None:
@@ -442,7 +438,7 @@ class IDAIntegrator:
             self.y,
             self.yp,
             self._system.problem.differential,
-            self._options.relative_tolerance,
+            self._relative,
             self._tolerance,
         )
         self._c.IDASetInitStep(self._memory, min(step, self._options.max_step))
@@ -565,7 +561,7 @@ class IDAIntegrator:
         if self._c.IDAGetEstLocalErrors(self._memory, self._vectors[2]):
             return ()
         errors = self._scratch * weights
-        suppressed = self._options.suppress_algebraic and reason is Reason.ERROR_TEST
-        if suppressed and self._system.problem.differential.any():
-            errors = np.where(self._system.problem.differential, errors, 0.0)
+        problem = self._system.problem
+        if reason is Reason.ERROR_TEST and suppressing(self._options, problem):
+            errors = np.where(problem.differential, errors, 0.0)
         return largest(errors)

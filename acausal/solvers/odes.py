@@ -5,7 +5,8 @@ callback is printed and forgotten. So callbacks here never raise: they keep the 
 return the code for giving up. Interpolation asks the solver for a time that it has passed already.
 
 Times are passed relative to the last start, because scikits-odes ignores a stop time that is not
-positive.
+positive. It also rounds the stop time to single precision, so that the solver may end a step
+just behind the wanted limit; the point at the limit is then interpolated.
 """
 
 from __future__ import annotations
@@ -187,12 +188,12 @@ class OdesIntegrator:
                 self._solver = self._begin(self._first_step(t_limit))
             tau = t_limit - self._t_base
             before = self._t_step
-            self._solver.set_options(tstop=tau)
+            self._solver.set_options(tstop=_not_before(tau))
             flag, reached = self._call(tau)
             if self._error is not None:
                 error, self._error = self._error, None
                 raise error
-            t = t_limit if flag == TSTOP_RETURN else self._t_base + reached
+            t = t_limit if reached == tau else self._t_base + reached
             if flag >= 0 and t <= before:
                 # After an interpolation it only repeats where it is; next to a pole its steps
                 # become too small to change the time, and it never gives up.
@@ -206,7 +207,10 @@ class OdesIntegrator:
                 self._stops += flag == TSTOP_RETURN
                 self._t_before, self._t_step = before, t
                 self._t_read, self._tau_step = t, reached
-                self._set_point(t)
+                if t > t_limit:
+                    self.go_to(t_limit)
+                else:
+                    self._set_point(t)
                 return None
             if flag != TOO_MUCH_WORK and not self._recover(flag, t_limit):
                 return self._explain(flag)
@@ -349,6 +353,12 @@ class OdesIntegrator:
         return integration_error(Failure(reason, t, step), labels, notes)
 
     _system: NativeSystem
+
+
+def _not_before(tau: float) -> float:
+    """Return the first number of single precision that is not before a time."""
+    rounded = np.float32(tau)
+    return float(rounded if float(rounded) >= tau else np.nextafter(rounded, np.float32(np.inf)))
 
 
 def _silent(code: int, module: bytes, function: bytes, message: bytes) -> None:

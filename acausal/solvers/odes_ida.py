@@ -17,6 +17,7 @@ from acausal.solvers.explicit_form import ExplicitForm
 from acausal.solvers.failures import IntegrationError
 from acausal.solvers.odes import OdesIntegrator, odes_module
 from acausal.solvers.system import NativeSystem, Pattern
+from acausal.solvers.tolerances import ida_tolerances, suppressing
 
 Array = NDArray[np.float64]
 Positions = NDArray[np.int64]
@@ -125,12 +126,12 @@ class OdesIDAIntegrator(OdesIntegrator):
     def _begin(self, first_step: float) -> Any:
         problem = self._system.problem
         options = self._common_options(first_step)
-        tolerance = self._options.absolute_tolerance * problem.nominal[self._unknowns]
-        options["atol"] = self._atol = tolerance  # kept: the solver has a pointer to it
+        relative, absolute = ida_tolerances(self._options, problem)
+        options["rtol"] = relative
+        options["atol"] = self._atol = absolute[self._unknowns]  # kept: the solver points to it
         options["compute_initcond"] = None
-        algebraic = np.flatnonzero(~problem.differential[self._unknowns])
-        if self._options.suppress_algebraic and 0 < algebraic.size < problem.n:
-            options["algebraic_vars_idx"] = algebraic
+        if suppressing(self._options, problem):
+            options["algebraic_vars_idx"] = np.flatnonzero(~problem.differential[self._unknowns])
             options["exclude_algvar_from_error"] = True
         if self._dense:
             options.update(linsolver="dense", jacfn=self._jacobian)

