@@ -87,7 +87,7 @@ def _levels(family: EquationFamily, where: list[int], inside: np.ndarray) -> np.
     values = 0.7 + 0.6 * np.modf(np.arange(1, len(family.kinds) + 1) * 0.6180339887498949)[0]
     total = np.zeros(family.count)
     for s, member in zip(slots_, inside, strict=True):
-        number = evaluate(gradient[s], values.__getitem__, 0.37)  # type: ignore[arg-type]
+        number = evaluate(gradient[s], values.__getitem__, 0.37)
         total += np.where(member, float(number), 0.0)
     return np.where(np.isfinite(total), total, 1.0)
 
