@@ -106,7 +106,9 @@ def test_empty_file(tmp_path: Path) -> None:
 
 def test_unknown_model(tmp_path: Path) -> None:
     path = tmp_path / "two.acm"
-    path.write_text("model Pump\n  Real x = 1;\nend Pump;\nmodel Motor\n  Real x = 1;\nend Motor;\n")
+    path.write_text(
+        "model Pump\n  Real x = 1;\nend Pump;\nmodel Motor\n  Real x = 1;\nend Motor;\n"
+    )
     with pytest.raises(AcausalError) as caught:
         compile_file(path, model="Mtor")
     first = caught.value.diagnostics[0]
@@ -134,11 +136,16 @@ def test_ten_megabytes_of_noise(kind: str, tmp_path: Path) -> None:
     assert len(render([first])) < 5000
 
 
-@pytest.mark.parametrize("name", ["misspelt_class", "two_voltage_sources_in_parallel", "missing_semicolon"])
+@pytest.mark.parametrize(
+    "name", ["misspelt_class", "two_voltage_sources_in_parallel", "missing_semicolon"]
+)
 def test_command_line_shows_no_traceback(name: str) -> None:
     path = HERE / f"{name}.acm"
     run = subprocess.run(
-        [sys.executable, "-m", "acausal", "check", str(path)], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "acausal", "check", str(path)],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert run.returncode != 0
     assert f"error[{expectation(path).code}]" in run.stderr

@@ -75,7 +75,9 @@ def test_electrical_and_mechanical_oscillator_are_the_same(simulate: Any) -> Non
 
 @pytest.mark.parametrize("sections", [1, 10])
 def test_ladder_against_equations_written_by_hand(simulate: Any, sections: int) -> None:
-    result = simulate("ladder", "Ladder", {"N": sections}, stop_time=2e-3, tolerance=1e-7, points=101)
+    result = simulate(
+        "ladder", "Ladder", {"N": sections}, stop_time=2e-3, tolerance=1e-7, points=101
+    )
     r, ell, c, saturation, n_vt, load, bias = 1.0, 1e-6, 1e-6, 1e-9, 0.05, 1.0, 0.05
 
     def right_side(t: float, y: Any) -> Any:

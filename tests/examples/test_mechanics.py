@@ -62,7 +62,10 @@ def test_chain_of_pendulums(simulate: Any, model: str, links: int, time: float) 
     assert values(result, "energy") == pytest.approx(0, abs=1e-3 * scale)
     x, y = np.zeros(len(result.times)), np.zeros(len(result.times))
     for k in range(links):
-        x_tip, y_tip = values(result, f"link[{k + 1}].tip.x"), values(result, f"link[{k + 1}].tip.y")
+        x_tip, y_tip = (
+            values(result, f"link[{k + 1}].tip.x"),
+            values(result, f"link[{k + 1}].tip.y"),
+        )
         assert np.max(np.abs(np.hypot(x_tip - x, y_tip - y) - 1)) < 1e-6
         x, y = x_tip, y_tip
     swing = values(result, "link[1].phi")

@@ -16,8 +16,14 @@ from pathlib import Path
 from typing import Any
 
 PACKAGES = [
-    (r"Electrical\.Analog\.(Interfaces|Basic|Ideal|Semiconductors|Sources|Sensors|Lines)\.", "electrical."),
-    (r"Mechanics\.Translational\.(Interfaces|Components|Sources|Sensors)\.", "mechanical.translational."),
+    (
+        r"Electrical\.Analog\.(Interfaces|Basic|Ideal|Semiconductors|Sources|Sensors|Lines)\.",
+        "electrical.",
+    ),
+    (
+        r"Mechanics\.Translational\.(Interfaces|Components|Sources|Sensors)\.",
+        "mechanical.translational.",
+    ),
     (r"Mechanics\.Rotational\.(Interfaces|Components|Sources|Sensors)\.", "mechanical.rotational."),
     (r"Thermal\.HeatTransfer\.(Interfaces|Components|Sources|Sensors)\.", "thermal."),
     (r"Thermal\.HeatTransfer\.Celsius\.", "thermal.celsius."),

@@ -34,9 +34,7 @@ class Tube:
         return float(max(0.0, np.max(outside)) / self.half_height)
 
 
-def tube(
-    reference_times: Array, reference: Array, times: Array, tolerance: float = 2e-3
-) -> Tube:
+def tube(reference_times: Array, reference: Array, times: Array, tolerance: float = 2e-3) -> Tube:
     """Return the tube around a reference, evaluated at ``times``.
 
     Args:
