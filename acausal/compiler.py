@@ -95,6 +95,7 @@ def compile_class(
     with stages.timed("flatten"):
         flattened = stages.flattened = flatten(stages.templates, given)
         refuse_floating(flattened)
+        flattened.forget_junctions()
     with stages.timed("eliminate"):
         elimination = stages.elimination = eliminate(flattened.model)
         reduced = elimination.model

@@ -34,12 +34,30 @@ _X, _Y = slot(0), slot(1)
 
 @dataclass
 class Flattened:
-    """A flat model with what it was made from, for inspection and the connection graph."""
+    """A flat model with what it was made from, for inspection and the connection graph.
+
+    Attributes:
+        model: The flat model.
+        numbering: Numbers of all instances.
+        known_junctions: The junctions, or None once they have been forgotten.
+        given: Parameter values by path or pattern.
+    """
 
     model: FlatModel
     numbering: Numbering
-    junctions: Junctions
+    known_junctions: Junctions | None
     given: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def junctions(self) -> Junctions:
+        """The cuts and how they are joined; found again if they were forgotten."""
+        if self.known_junctions is None:
+            self.known_junctions = find_junctions(self.numbering)
+        return self.known_junctions
+
+    def forget_junctions(self) -> None:
+        """Free the junctions: a quarter of a large flat model, and seldom needed again."""
+        self.known_junctions = None
 
 
 def flatten(templates: list[Template], given: dict[str, float] | None = None) -> Flattened:
