@@ -82,7 +82,8 @@ class Observer:
                 return w[:, index[key]]
 
             values = evaluate(family.template, operand, times[:, None])
-            np.add.at(w, (slice(None), self.places[family.rows]), values)
+            # The transposed view: members of a family may share a place.
+            np.add.at(w.T, self.places[family.rows], values.T)
         return w
 
     def _index(self, family: EquationFamily) -> NDArray[np.int32]:

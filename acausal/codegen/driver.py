@@ -12,7 +12,7 @@ import ctypes
 from collections.abc import Sequence
 from functools import cache
 from hashlib import blake2b
-from typing import Final, Protocol
+from typing import Final, Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,8 @@ class _Problem(Protocol):
     def parameter_position(self) -> int: ...
 
 
+_ProblemT = TypeVar("_ProblemT", bound=_Problem)
+
 _double, _pointer = ctypes.c_double, ctypes.c_void_p
 _RESIDUAL_TYPE: Final = ctypes.CFUNCTYPE(
     ctypes.c_int32, _double, _pointer, _pointer, _pointer, _pointer
@@ -77,7 +79,7 @@ def _load_driver() -> None:
     engine.load_objects([code])
 
 
-class NativeProblem:
+class NativeProblem(Generic[_ProblemT]):
     """Native residual and Jacobian of a problem.
 
     Holds references to the arrays of the problem, so that the addresses stay good as long as this
@@ -87,7 +89,7 @@ class NativeProblem:
         problem: The problem.
     """
 
-    def __init__(self, problem: _Problem) -> None:
+    def __init__(self, problem: _ProblemT) -> None:
         """Build the table.
 
         Raises:

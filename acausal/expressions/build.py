@@ -19,7 +19,8 @@ def _is_const(expr: Expr) -> bool:
     return expr.op == "const"
 
 
-def _number(expr: Expr) -> float:
+def number_of(expr: Expr) -> float:
+    """Return the number of a ``const`` node."""
     assert isinstance(expr.value, float)
     return expr.value
 
@@ -27,7 +28,7 @@ def _number(expr: Expr) -> float:
 def _folded(operation: Callable[..., float], *args: Expr) -> Expr | None:
     """Return the constant ``operation(*args)``, or None if it has no finite value."""
     try:
-        result = operation(*map(_number, args))
+        result = operation(*map(number_of, args))
     except (ArithmeticError, ValueError):
         return None
     if isinstance(result, complex) or not math.isfinite(result):
@@ -70,11 +71,11 @@ def neg(a: Expr) -> Expr:
     if a.op == "neg":
         return a.args[0]
     if _is_const(a):
-        return const(0.0 - _number(a))
+        return const(0.0 - number_of(a))
     if a.op == "sub":
         return node("sub", (a.args[1], a.args[0]))
     if a.op in ("mul", "div") and _is_const(a.args[0]):
-        return node(a.op, (const(-_number(a.args[0])), a.args[1]))
+        return node(a.op, (const(-number_of(a.args[0])), a.args[1]))
     return node("neg", (a,))
 
 
@@ -185,14 +186,14 @@ def relation(op: str, a: Expr, b: Expr) -> Expr:
     if op not in RELATIONS:
         raise ValueError(f"{op} is not a relation")
     if _is_const(a) and _is_const(b):
-        return ONE if _COMPARE[op](_number(a), _number(b)) else ZERO
+        return ONE if _COMPARE[op](number_of(a), number_of(b)) else ZERO
     return node(op, (a, b))
 
 
 def if_(condition: Expr, then: Expr, otherwise: Expr) -> Expr:
     """Return ``if condition then then else otherwise``."""
     if _is_const(condition):
-        return then if _number(condition) != 0.0 else otherwise
+        return then if number_of(condition) != 0.0 else otherwise
     if then is otherwise:
         return then
     if condition.op == "not":
@@ -203,25 +204,25 @@ def if_(condition: Expr, then: Expr, otherwise: Expr) -> Expr:
 def and_(a: Expr, b: Expr) -> Expr:
     """Return ``a and b``, 1.0 or 0.0 for Boolean (1.0 or 0.0) arguments."""
     if _is_const(a):
-        return b if _number(a) != 0.0 else ZERO
+        return b if number_of(a) != 0.0 else ZERO
     if _is_const(b):
-        return a if _number(b) != 0.0 else ZERO
+        return a if number_of(b) != 0.0 else ZERO
     return a if a is b else node("and", (a, b))
 
 
 def or_(a: Expr, b: Expr) -> Expr:
     """Return ``a or b``, 1.0 or 0.0 for Boolean (1.0 or 0.0) arguments."""
     if _is_const(a):
-        return ONE if _number(a) != 0.0 else b
+        return ONE if number_of(a) != 0.0 else b
     if _is_const(b):
-        return ONE if _number(b) != 0.0 else a
+        return ONE if number_of(b) != 0.0 else a
     return a if a is b else node("or", (a, b))
 
 
 def not_(a: Expr) -> Expr:
     """Return ``not a``."""
     if _is_const(a):
-        return ZERO if _number(a) != 0.0 else ONE
+        return ZERO if number_of(a) != 0.0 else ONE
     return a.args[0] if a.op == "not" else node("not", (a,))
 
 

@@ -56,10 +56,10 @@ def check_class(template: Template) -> None:
     wanted = unknowns + inside
     if rows == wanted:
         return
-    own = ", ".join(v.name for v in template.variables.values() if v.causality != "input")
+    names = ", ".join(v.name for v in template.variables.values() if v.causality != "input")
     cuts = ", ".join(c.name for c in template.children.values() if c.template.is_connector)
     notes = [
-        f"{unknowns} own variables" + (f" ({own})" if own else ""),
+        f"{unknowns} own variables" + (f" ({names})" if names else ""),
         f"{inside} from its cuts" + (f" ({cuts}: a through variable each is settled outside)"
                                      if cuts else ""),
     ]  # fmt: skip

@@ -5,8 +5,9 @@ from __future__ import annotations
 import itertools
 import re
 from bisect import bisect_right
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fnmatch import fnmatchcase
+from typing import TypeVar
 
 from acausal.diagnostics import Span
 from acausal.diagnostics.suggest import nearest
@@ -157,7 +158,7 @@ class NumberingNames:
                     yield path, template.number, declaration, scalar, parameter
         for child in _matching(template.children, name):
             inside = child.template
-            first = self._numbering._child_first.get((template.number, child.name), 0)
+            first = self._numbering.first_of(template, child.name)
             for place in _places(child.shape, subscript):
                 below = first + instance * child.size + place
                 path = prefix + child.name + subscript_text(place, child.shape)
@@ -194,7 +195,10 @@ class NumberingNames:
         return template
 
 
-def _matching(table: dict[str, object], name: str) -> list:  # type: ignore[type-arg]
+_Member = TypeVar("_Member")
+
+
+def _matching(table: Mapping[str, _Member], name: str) -> list[_Member]:
     if "*" in name or "?" in name:
         return [v for k, v in table.items() if fnmatchcase(k, name)]
     return [table[name]] if name in table else []

@@ -148,7 +148,8 @@ def _solve(
             if ready.any():
                 progress = True
                 operands = item.operands[:, ready]
-                result = evaluate(item.template, [every[row] for row in operands].__getitem__, 0.0)  # type: ignore[arg-type]
+                given = {k: every[row] for k, row in enumerate(operands)}
+                result = evaluate(item.template, given)
                 targets = item.targets[ready]
                 values[targets] = result
                 every[targets] = result
@@ -211,8 +212,8 @@ def attribute_values(
         _claim(numbering, builder, template, binding, claimed, pending)
         for item in pending:
             every = np.concatenate([parameters, *builder.literals.values])
-            operands = [every[row] for row in item.operands]
-            values[item.targets] = evaluate(item.template, operands.__getitem__, 0.0)  # type: ignore[arg-type]
+            operands = {k: every[row] for k, row in enumerate(item.operands)}
+            values[item.targets] = evaluate(item.template, operands)
             if not binding.weak:
                 given[item.targets] = True
     return values, given

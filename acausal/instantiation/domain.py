@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.expressions.build import number_of
 from acausal.expressions.evaluate import evaluate
 from acausal.expressions.nodes import Expr
 from acausal.expressions.traverse import postorder, slots, substitute

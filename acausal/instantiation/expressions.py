@@ -256,7 +256,8 @@ def _binary(e: tree.Binary, env: Environment) -> Value:
             return _matrix_power(left, right, e)
         units.pure(right.unit, "an exponent", e.right.span)
         exponent = right.expr if not right.shape else None
-        constant = float(exponent.value) if exponent is not None and exponent.op == "const" else None  # type: ignore[arg-type]  # noqa: E501
+        known = exponent is not None and exponent.op == "const"
+        constant = build.number_of(exponent) if exponent is not None and known else None
         return mapped(build.power, "Real", units.raised(left.unit, constant), left, right)
     raise AssertionError(op)
 
@@ -329,7 +330,7 @@ def _matrix_power(left: Value, right: Value, e: tree.Binary) -> Value:
     if len(left.shape) != 2 or left.shape[0] != left.shape[1] or exponent.op != "const":
         fail("T105", "only a square matrix has a power, with a constant whole exponent", e.span,
              help="use .^ to raise element by element")  # fmt: skip
-    n = int(exponent.value)  # type: ignore[call-overload]
+    n = int(build.number_of(exponent))
     result = table(np.eye(left.shape[0]), "Real", LITERAL)
     for _ in range(n):
         result = matrix_product(result, left, e.span)
@@ -389,7 +390,7 @@ def _range(e: tree.RangeExpression, env: Environment) -> Value:
         fail("T109", "the step of a range is 0", e.span, help="use a step above or below 0")
     count = max(0, int(np.floor((stop - start) / step * (1 + 1e-14) + 1e-10)) + 1)
     whole = all(v == int(v) for v in (start, step))
-    return table(start + step * np.arange(count), "Integer" if whole else "Real", LITERAL)
+    return table(start + step * np.arange(count, dtype=np.float64), "Integer" if whole else "Real", LITERAL)
 
 
 def stack(values: list[Value], spans: list[Span], span: Span) -> Value:
@@ -582,7 +583,7 @@ def axis(subscript: tree.Expression | None, n: int, env: Environment) -> Value:
     if value.type == "Boolean" and value.shape == (n,):
         mask = constants(value)
         if mask is not None:
-            return table(np.flatnonzero(mask) + 1.0, "Integer", LITERAL)
+            return table(np.flatnonzero(mask).astype(np.float64) + 1.0, "Integer", LITERAL)
     if value.type not in ("Integer", "enumeration") or len(value.shape) > 1:
         fail("T115", f"{format_expression(subscript)} is not an Integer", subscript.span,
              help="subscripts are whole numbers from 1")  # fmt: skip

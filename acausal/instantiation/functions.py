@@ -75,7 +75,7 @@ class FunctionEnvironment:
         if first.name in self.hidden:
             return self.hidden[first.name]
         if first.name in self.locals and not reference.absolute:
-            value = self._read(first.name, reference)
+            value = self.read(first.name, reference)
             value = subscripted(value, first.subscripts, self, reference.span)
             for part in reference.parts[1:]:
                 value = _field(value, part, reference)
@@ -83,7 +83,7 @@ class FunctionEnvironment:
             return value
         return self.outside.constant(reference)
 
-    def _read(self, name: str, reference: tree.Reference) -> Value:
+    def read(self, name: str, reference: tree.Reference) -> Value:
         local = self.locals[name]
         if local.value is not None:
             return local.value
@@ -166,7 +166,7 @@ def inline(
             _run(statements, env)
     except _Return:
         pass
-    return [env._read(e.name, tree.Reference(call.span, (tree.NamePart(call.span, e.name),)))
+    return [env.read(e.name, tree.Reference(call.span, (tree.NamePart(call.span, e.name),)))
             for e in outputs]  # fmt: skip
 
 
@@ -285,7 +285,7 @@ def _store(
     chosen = subscripted(places, subscripts, env, span)
     require_shape(value, chosen.shape, f"{target} has another size", span)
     for place, element in zip(chosen.elements(), value.elements(), strict=True):
-        local.elements[int(place.value)] = element  # type: ignore[call-overload]
+        local.elements[int(build.number_of(place))] = element
 
 
 def env_input(env: FunctionEnvironment, name: str) -> bool:

@@ -309,8 +309,8 @@ def primitive_type(definition: ClassDef | Builtin) -> PrimitiveType | None:
     """Return the predefined type a class is another name of, or None for a composite class."""
     if isinstance(definition, Builtin):
         # The literals of StateSelect are numbers in the order of the enumeration.
-        base = "Integer" if definition.name == "StateSelect" else definition.name
-        return PrimitiveType(base, None, (), (), False, "", definition.name)
+        name = "Integer" if definition.name == "StateSelect" else definition.name
+        return PrimitiveType(name, None, (), (), False, "", definition.name)
     if definition.tree.enumeration is not None:
         return PrimitiveType("enumeration", definition, (), (), False, "", definition.name)
     for base, clause in definition.bases:

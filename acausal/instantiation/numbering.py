@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.expressions.build import number_of
 from acausal.expressions.nodes import Expr
 from acausal.expressions.traverse import slots
 from acausal.instantiation.domain import checked, over

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.expressions.build import number_of
 from acausal.expressions.nodes import Expr, const, slot
 from acausal.instantiation.template import TableEntry
 from acausal.units.dimension import DIMENSIONLESS, Dimension
@@ -108,7 +109,7 @@ def position(index: Index, shape: tuple[int, ...]) -> int:
     for expr, n in zip(index, shape, strict=True):
         if expr.op != "const":
             raise NeedsUnroll
-        i = int(expr.value)  # type: ignore[call-overload]
+        i = int(number_of(expr))
         if not 1 <= i <= n:
             raise IndexError(i, n)
         place = place * n + i - 1
@@ -156,7 +157,7 @@ def constants(value: Value) -> NDArray[np.float64] | None:
     for k, expr in enumerate(value.elements()):
         if expr.op != "const":
             return None
-        flat[k] = expr.value
+        flat[k] = number_of(expr)
     return result
 
 
@@ -174,4 +175,4 @@ def key(value: Value) -> Hashable:
 
 def is_dimensionless(unit: UnitOf) -> bool:
     """Tell whether a unit may stand where a pure number must."""
-    return unit is None or unit == LITERAL or unit == DIMENSIONLESS
+    return unit is None or unit in (LITERAL, DIMENSIONLESS)

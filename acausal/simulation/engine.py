@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time as clock
+from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 from acausal.assembly.assemble import assemble, family_kernels
 from acausal.assembly.layout import Layout, lay_out, unknowns_of, values_of
 from acausal.assembly.observe import Observer
+from acausal.assembly.problem import DAEProblem
 from acausal.codegen.driver import NativeProblem
 from acausal.diagnostics import AcausalError, Diagnostic, Severity, fail
 from acausal.flattening.model import Ids
@@ -25,6 +28,9 @@ from acausal.simulation.system import System
 from acausal.simulation.time_events import time_events
 from acausal.simulation.trajectories import Trajectories
 from acausal.solvers.protocol import Integrator, Options, Statistics, Status, create
+
+if TYPE_CHECKING:
+    from _collections_abc import dict_items
 
 Array = NDArray[np.float64]
 
@@ -49,7 +55,7 @@ class _Assembled:
 
     states: Ids
     layout: Layout
-    native: NativeProblem
+    native: NativeProblem[DAEProblem]
     observer: Observer
     integrator: Integrator | None = None
 
@@ -395,7 +401,7 @@ class _Parameters(dict[str, float]):
             for path, number in self._system.names.find_parameters("*"):
                 super().__setitem__(path, float(self._system.parameters[number]))
 
-    def __iter__(self):  # type: ignore[no-untyped-def]
+    def __iter__(self) -> Iterator[str]:
         self._fill()
         return super().__iter__()
 
@@ -403,7 +409,7 @@ class _Parameters(dict[str, float]):
         self._fill()
         return super().__len__()
 
-    def items(self):  # type: ignore[no-untyped-def]
+    def items(self) -> dict_items[str, float]:
         """Return paths and values."""
         self._fill()
         return super().items()

@@ -32,7 +32,7 @@ def output_times(request: Request, start: float, stop: float) -> Array:
             fail("R010", f"an output interval of {request.interval:g} s is not possible",
                  help="give a time above 0, at least a small part of the simulated time")  # fmt: skip
         count = int(np.floor((stop - start) / request.interval * (1 + 1e-12)))
-        times = start + request.interval * np.arange(count + 1)
+        times: Array = start + request.interval * np.arange(count + 1, dtype=np.float64)
         if times[-1] < stop - 1e-9 * (stop - start):
             times = np.append(times, stop)
         times[-1] = stop
@@ -40,7 +40,7 @@ def output_times(request: Request, start: float, stop: float) -> Array:
     points = DEFAULT_POINTS if request.points is None else request.points
     if not 2 <= points <= MOST_POINTS:
         fail("R010", f"{points} output points are not possible", help="ask for 2 or more")
-    return np.linspace(start, stop, points)
+    return np.linspace(start, stop, points, dtype=np.float64)
 
 
 @dataclass
