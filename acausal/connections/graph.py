@@ -36,7 +36,10 @@ class Connected(Protocol):
     """What has cuts that meet: the result of flattening."""
 
     numbering: Numbering
-    junctions: Junctions
+
+    @property
+    def junctions(self) -> Junctions:
+        """The cuts and how they are joined."""
 
 
 @dataclass(frozen=True)
