@@ -50,6 +50,8 @@ def check_class(template: Template) -> None:
         if child.template.primitive_connector:
             given = child.template.variables[""].causality == "input"
             inside += 0 if given else child.size
+            if not given and (child.name,) in template.bound:
+                rows += child.size
             continue
         leaves = cut_leaves(child.template)
         inside += child.size * sum(size for _, size, through, _ in leaves if not through)
