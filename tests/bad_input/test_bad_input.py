@@ -1,8 +1,8 @@
 """Mistakes people make: each gets a message with the right code, the right line and a way out.
 
 The expected code stands in the file: ``// expect: N101`` in the line the message must point at,
-``// expect: P009 at line 4`` where that line cannot hold a comment, ``// expect-anywhere: B101`` for
-messages about a whole model.
+``// expect: P009 at line 4`` where that line cannot hold a comment, ``// expect-anywhere: B101``
+for messages about a whole model.
 """
 
 from __future__ import annotations

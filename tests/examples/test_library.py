@@ -1,4 +1,4 @@
-"""Every class of the library can be used, is described, and gives its parameters units and values."""
+"""Every class of the library can be used, is described, and gives its parameters values."""
 
 from __future__ import annotations
 

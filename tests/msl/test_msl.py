@@ -1,4 +1,4 @@
-"""Examples of the Modelica Standard Library stay inside the tube around their published references."""
+"""Examples of the Modelica Standard Library stay in the tube around their references."""
 
 from __future__ import annotations
 

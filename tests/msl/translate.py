@@ -2,9 +2,9 @@
 
 Usage: ``python tests/msl/translate.py DESCRIPTION.json [SUBCIRCUITS.json] > case.acm``
 
-The description lists components, modifiers, connections, equations and sub-circuits by name. Package
-names are mapped by the rule of the library (sub-packages of one field fall together), everything else
-is copied one to one.
+The description lists components, modifiers, connections, equations and sub-circuits by name.
+Package names are mapped by the rule of the library (sub-packages of one field fall together),
+everything else is copied one to one.
 """
 
 from __future__ import annotations

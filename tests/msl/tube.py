@@ -2,7 +2,8 @@
 
 Around every sample of the reference lies a rectangle, half as wide as the tolerance times the time
 range and half as high as the tolerance times the range of the values. Between samples the rectangle
-slides along the straight line. The union is the tube; every sample of the tested trajectory must lie in it.
+slides along the straight line. The union is the tube; every sample of the tested trajectory must
+lie in it.
 """
 
 from __future__ import annotations
