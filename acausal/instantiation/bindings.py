@@ -9,9 +9,10 @@ import numpy as np
 from acausal.diagnostics import Label, Span, fail
 from acausal.expressions import build
 from acausal.expressions.nodes import Expr, slot
+from acausal.instantiation.arrays import shape_text
 from acausal.instantiation.domain import split_by_indices
 from acausal.instantiation.environment import ClassEnvironment
-from acausal.instantiation.expressions import elaborate, shape_text
+from acausal.instantiation.expressions import elaborate
 from acausal.instantiation.merge import Element, Modification, PrimitiveType
 from acausal.instantiation.template import (
     BindingDecl,

@@ -12,21 +12,23 @@ from acausal.expressions import build
 from acausal.expressions.differentiate import time_derivative
 from acausal.expressions.nodes import FUNCTIONS, ONE, ZERO, Expr, const, slot
 from acausal.instantiation import unit_algebra as units
-from acausal.instantiation.expressions import (
+from acausal.instantiation.arrays import (
     LONGEST_REDUCTION,
-    Environment,
     concatenate,
-    constant_number,
-    elaborate,
-    elaborate_real,
     mapped,
     matrix_product,
-    passes,
     require_shape,
     shape_text,
     stack,
     sum_of,
     too_long,
+)
+from acausal.instantiation.expressions import (
+    Environment,
+    constant_number,
+    elaborate,
+    elaborate_real,
+    passes,
 )
 from acausal.instantiation.template import Ref
 from acausal.instantiation.values import (

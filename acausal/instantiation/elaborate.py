@@ -126,7 +126,9 @@ class Elaborator:
         self._by_key[where] = template
         return template
 
-    def primitive_cut(self, kind: PrimitiveType, definition: ClassDef, own: VariableDecl) -> Template:
+    def primitive_cut(
+        self, kind: PrimitiveType, definition: ClassDef, own: VariableDecl
+    ) -> Template:
         """Return the template of a connector that is a single number, such as RealInput."""
         where = (definition, own.unit, own.causality, own.type_name)
         found = self._by_key.get(where)
@@ -402,9 +404,7 @@ class TemplateBuilder:
         if not element.has("parameter"):
             bound |= {change.path + leaf for leaf in record_leaves(where)}
 
-    def _uniform(
-        self, change: Modification, shape: tuple[int, ...], element: Element
-    ) -> Value:
+    def _uniform(self, change: Modification, shape: tuple[int, ...], element: Element) -> Value:
         """Return a structural value that is the same for all components of an array."""
         value = elaborate(change.value, self.scope(change.owner))
         if value.text is None and value.fields is None and constants(value) is None:
@@ -444,7 +444,8 @@ class TemplateBuilder:
             if change is None:
                 fail("N112", f"{name} has no value", span,
                      label="its value decides the structure of the model",
-                     help=f"give it one: {name} = ..., or write {name}(…) where it is used")  # fmt: skip
+                     help=f"give it one: {name} = ..., or write {name}(…) "
+                     "where it is used")  # fmt: skip
             value = elaborate(change.value, self.scope(change.owner))
             span = change.span
         if kind.base == "String":
@@ -593,4 +594,3 @@ def constant_of_class(found: Constant, depth: int) -> Value:
         fail("N112", f"{element.name} is not a constant", element.declaration.span,
              help="declare it constant")  # fmt: skip
     return builder.template.structural[element.name]
-

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, NoReturn
 from acausal.diagnostics import fail
 from acausal.diagnostics.suggest import nearest
 from acausal.instantiation.builtins import builtin_names, find_builtin
-from acausal.instantiation.expressions import Environment, elaborate, subscripted
-from acausal.instantiation.functions import inline
+from acausal.instantiation.expressions import Environment, elaborate
 from acausal.instantiation.merge import merge, primitive_type
+from acausal.instantiation.subscripts import subscripted
 from acausal.instantiation.values import LITERAL, Value, number, scalar
+from acausal.instantiation.vectorised_calls import call_function
 from acausal.modeling.classes import BUILTIN_TYPES, Builtin, ClassDef, Constant, find_name
 from acausal.syntax import tree
 
@@ -45,9 +46,7 @@ class ClassEnvironment:
 
     def with_locals(self, values: dict[str, Value]) -> ClassEnvironment:
         """Return the environment with names that hide others."""
-        return ClassEnvironment(
-            self.builder, self.owner, {**self.locals, **values}, self.depth
-        )
+        return ClassEnvironment(self.builder, self.owner, {**self.locals, **values}, self.depth)
 
     def in_class(self, owner: ClassDef) -> ClassEnvironment:
         """Return the environment of the same instance in the scope of another class."""
@@ -62,9 +61,7 @@ class ClassEnvironment:
         first = reference.parts[0]
         if not reference.absolute:
             if first.name in self.locals and len(reference.parts) == 1:
-                return subscripted(
-                    self.locals[first.name], first.subscripts, self, reference.span
-                )
+                return subscripted(self.locals[first.name], first.subscripts, self, reference.span)
             if self.builder is not None and first.name in self.builder.merged.elements:
                 return self.builder.reference(reference, self)
         return self.constant(reference)
@@ -82,9 +79,7 @@ class ClassEnvironment:
         if isinstance(found, Constant):
             return self._constant_value(found, reference)
         if len(names) > 1:
-            outer = find_name(
-                self.owner, _without_subscripts(reference, len(names) - 1)
-            )
+            outer = find_name(self.owner, _without_subscripts(reference, len(names) - 1))
             if isinstance(outer, ClassDef):
                 kind = primitive_type(outer)
                 if kind is not None and kind.enumeration is not None:
@@ -165,7 +160,7 @@ class ClassEnvironment:
             fail("N116", f"{call.function} is a {found.kind}, not a function", call.function.span,
                  help="only functions and records can be called")  # fmt: skip
         inner = ClassEnvironment(None, found, None, self.depth + 1)
-        return inline(found, call, given, named, inner, self.depth + 1)
+        return call_function(found, call, given, named, inner, self.depth + 1)
 
     def _record(
         self, record: ClassDef, call: tree.Call, given: list[Value], named: dict[str, Value]
@@ -191,9 +186,7 @@ class ClassEnvironment:
         return Value("record", (), lambda _: next(iter(fields.values())).expr, None, None, fields)
 
 
-def enumeration_literal(
-    enumeration: ClassDef, name: str, reference: tree.Reference
-) -> Value:
+def enumeration_literal(enumeration: ClassDef, name: str, reference: tree.Reference) -> Value:
     """Return a literal of an enumeration.
 
     Raises:
@@ -217,5 +210,3 @@ def _without_subscripts(reference: tree.Reference, count: int | None = None) -> 
 def _functions_near(owner: ClassDef) -> list[str]:
     scope = owner.parent
     return scope.names() if scope is not None else []
-
-

@@ -9,17 +9,12 @@ from typing import TYPE_CHECKING
 from acausal.diagnostics import Label, Span, fail
 from acausal.expressions import build
 from acausal.expressions.nodes import ZERO, Expr, const, slot
+from acausal.instantiation.arrays import require_shape, shape_text
 from acausal.instantiation.bindings import over_elements
 from acausal.instantiation.domain import has_loops, only_loops, over, split_by_indices
 from acausal.instantiation.environment import ClassEnvironment
-from acausal.instantiation.expressions import (
-    axis,
-    elaborate,
-    elaborate_condition,
-    iteration,
-    require_shape,
-    shape_text,
-)
+from acausal.instantiation.expressions import elaborate, elaborate_condition, iteration
+from acausal.instantiation.subscripts import axis
 from acausal.instantiation.template import (
     AssertDecl,
     ConnectDecl,
@@ -209,7 +204,8 @@ def _for(
         if len(numbers) > LONGEST_UNROLL:
             fail("T129", f"this loop has {len(numbers)} passes and cannot be written out",
                  loops[0].span,
-                 help="subscript declared arrays by the loop index, not array literals")  # fmt: skip
+                 help="subscript declared arrays by the loop index, "
+                 "not array literals")  # fmt: skip
         attempt = _Sink(sink.initial)
         for number_ in numbers:
             value = scalar(const(float(number_)), values.type, LITERAL)
@@ -283,9 +279,7 @@ def _both(
 # --- assert ------------------------------------------------------------------------------
 
 
-def _call(
-    equation: tree.CallEquation, domain: Domain, env: ClassEnvironment, sink: _Sink
-) -> None:
+def _call(equation: tree.CallEquation, domain: Domain, env: ClassEnvironment, sink: _Sink) -> None:
     name = str(equation.call.function)
     if name != "assert":
         if name.startswith("Connections"):
@@ -309,8 +303,9 @@ def _call(
     if condition.expr.op == "const" and condition.expr is not ZERO:
         return
     sink.asserts.append(
-        AssertDecl(condition.expr, domain, text, warning, equation.span,
-                   format_expression(arguments[0]))  # fmt: skip
+        AssertDecl(
+            condition.expr, domain, text, warning, equation.span, format_expression(arguments[0])
+        )
     )
 
 
@@ -363,13 +358,12 @@ def _connect(
                  equation.span,
                  labels=[Label(first.span, shape_text(first.shape)),
                          Label(other.span, shape_text(other.shape))],
-                 help="connect arrays of the same size, or pick elements by subscripts")  # fmt: skip
+                 help="connect arrays of the same size, "
+                 "or pick elements by subscripts")  # fmt: skip
         check_alike(first.template, other.template, equation.span, first.span, other.span)
 
     def emit(index: Index, domain_: Domain) -> None:
-        sink.connects.append(
-            ConnectDecl(tuple(c.at(index) for c in cuts), domain_, equation.span)
-        )
+        sink.connects.append(ConnectDecl(tuple(c.at(index) for c in cuts), domain_, equation.span))
 
     over_elements(first.shape, emit, domain)
 
@@ -435,9 +429,7 @@ def cut_leaves(
     template: Template, prefix: tuple[str, ...] = ()
 ) -> list[tuple[tuple[str, ...], int, bool, str]]:
     """Return the variables of a cut: path, number of scalars, through or not, unit."""
-    result = [
-        ((*prefix, v.name), v.size, v.through, v.unit) for v in template.variables.values()
-    ]
+    result = [((*prefix, v.name), v.size, v.through, v.unit) for v in template.variables.values()]
     for name, child in template.children.items():
         for path, size, through, unit in cut_leaves(child.template, (*prefix, name)):
             result.append((path, size * child.size, through, unit))
@@ -469,4 +461,3 @@ def check_alike(a: Template, b: Template, span: Span, first: Span, second: Span)
             fail("U107", f"connecting {units[path]} with {unit}", span, labels=labels,
                  label="the two cuts have different units",
                  help="put a converter between them")  # fmt: skip
-

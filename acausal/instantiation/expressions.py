@@ -12,17 +12,26 @@ from acausal.diagnostics import Span, fail
 from acausal.expressions import build
 from acausal.expressions.nodes import ONE, TIME, ZERO, Expr, const
 from acausal.instantiation import unit_algebra as units
+from acausal.instantiation.arrays import (
+    LONGEST_REDUCTION,
+    as_matrix,
+    concatenate,
+    mapped,
+    matrix_product,
+    require_shape,
+    settled,
+    shape_text,
+    stack,
+    too_long,
+)
 from acausal.instantiation.domain import has_loops
 from acausal.instantiation.values import (
     LITERAL,
     Index,
     NeedsUnroll,
-    UnitOf,
     Value,
     constants,
-    listed,
     number,
-    position,
     scalar,
     string,
     table,
@@ -33,8 +42,6 @@ from acausal.units.unit import UnitError, parse_unit, to_si
 
 #: The unit of time.
 SECOND = (0, 0, 1, 0, 0, 0, 0)
-#: Reductions longer than this are refused: they would make a template of that length.
-LONGEST_REDUCTION = 20_000
 
 _RELATIONS = {"<": "lt", "<=": "le", ">": "gt", ">=": "ge", "==": "eq", "<>": "ne"}
 
@@ -110,27 +117,6 @@ def constant_number(expression: tree.Expression, env: Environment, what: str) ->
     return float(numbers)
 
 
-def require_shape(value: Value, shape: tuple[int, ...], what: str, span: Span) -> None:
-    """Refuse a value of another size.
-
-    Raises:
-        AcausalError: ``T104``.
-    """
-    if value.shape != shape:
-        fail(
-            "T104",
-            f"{what}: {shape_text(shape)} and {shape_text(value.shape)}",
-            span,
-            label="the sizes differ",
-            help="make both the same size; a subscript or slice picks elements",
-        )
-
-
-def shape_text(shape: tuple[int, ...]) -> str:
-    """Return an array's size in words."""
-    return "a scalar" if not shape else f"size [{', '.join(map(str, shape))}]"
-
-
 def _article(value: Value) -> str:
     kind = {"enumeration": "an enumeration value", "record": "a record"}.get(
         value.type, f"a {value.type}"
@@ -176,18 +162,6 @@ def _reference(e: tree.Reference, env: Environment) -> Value:
 
 
 # --- operators ---------------------------------------------------------------------------
-
-
-def mapped(function: Callable[..., Expr], type_: str, unit: UnitOf, *args: Value) -> Value:
-    """Apply a scalar function elementwise; scalars among the arguments are repeated."""
-    shape = next((a.shape for a in args if a.shape), ())
-    if not shape:
-        return scalar(function(*(a.expr for a in args)), type_, unit)
-
-    def get(index: Index) -> Expr:
-        return function(*(a.get(index) if a.shape else a.expr for a in args))
-
-    return Value(type_, shape, get, unit)
 
 
 def _unary(e: tree.Unary, env: Environment) -> Value:
@@ -272,57 +246,10 @@ def _relation(e: tree.Binary, left: Value, right: Value) -> Value:
              help="compare values of one type")  # fmt: skip
     if left.shape or right.shape:
         fail("T106", "arrays cannot be compared", e.span, help="compare their elements")
-    units.added(
-        left.unit, right.unit, "comparing", "U105", e.span, e.left.span, e.right.span
-    )
+    units.added(left.unit, right.unit, "comparing", "U105", e.span, e.left.span, e.right.span)
     return mapped(
         lambda a, b: build.relation(_RELATIONS[e.operator], a, b), "Boolean", None, left, right
     )
-
-
-def sum_of(terms: list[Expr]) -> Expr:
-    """Return the sum as a balanced tree, so that long sums stay shallow."""
-    while len(terms) > 1:
-        paired = [
-            build.add(terms[k], terms[k + 1]) if k + 1 < len(terms) else terms[k]
-            for k in range(0, len(terms), 2)
-        ]
-        terms = paired
-    return terms[0] if terms else ZERO
-
-
-def matrix_product(left: Value, right: Value, span: Span) -> Value:
-    """Return the scalar, matrix-vector or matrix product of two arrays.
-
-    Raises:
-        AcausalError: ``T104`` if the inner sizes differ.
-    """
-    inner = left.shape[-1]
-    if inner != right.shape[0] or len(left.shape) > 2 or len(right.shape) > 2:
-        fail(
-            "T104",
-            f"product of {shape_text(left.shape)} and {shape_text(right.shape)}",
-            span,
-            label="the inner sizes differ",
-            help="use .* to multiply element by element, transpose() to turn a matrix",
-        )
-    if inner > LONGEST_REDUCTION:
-        too_long(inner, span)
-    unit = units.times(left.unit, right.unit)
-    rows, columns = left.shape[:-1], right.shape[1:]
-
-    def get(index: Index) -> Expr:
-        row, column = index[: len(rows)], index[len(rows) :]
-        terms = [
-            build.mul(left.get((*row, k)), right.get((k, *column)))
-            for k in (const(float(i)) for i in range(1, inner + 1))
-        ]
-        return sum_of(terms)
-
-    shape = rows + columns
-    if not shape:
-        return scalar(get(()), "Real", unit)
-    return Value("Real", shape, get, unit)
 
 
 def _matrix_power(left: Value, right: Value, e: tree.Binary) -> Value:
@@ -335,21 +262,6 @@ def _matrix_power(left: Value, right: Value, e: tree.Binary) -> Value:
     for _ in range(n):
         result = matrix_product(result, left, e.span)
     return result
-
-
-def too_long(length: int, span: Span) -> None:
-    """Refuse a reduction of too many terms.
-
-    Raises:
-        AcausalError: ``T107``.
-    """
-    fail(
-        "T107",
-        f"a sum of {length} terms in one expression is too long",
-        span,
-        notes=[f"the longest allowed has {LONGEST_REDUCTION} terms"],
-        help="add the terms in a chain: s[1] = x[1]; s[i] = s[i-1] + x[i] in a for equation",
-    )
 
 
 # --- conditionals and arrays -------------------------------------------------------------
@@ -390,43 +302,9 @@ def _range(e: tree.RangeExpression, env: Environment) -> Value:
         fail("T109", "the step of a range is 0", e.span, help="use a step above or below 0")
     count = max(0, int(np.floor((stop - start) / step * (1 + 1e-14) + 1e-10)) + 1)
     whole = all(v == int(v) for v in (start, step))
-    return table(start + step * np.arange(count, dtype=np.float64), "Integer" if whole else "Real", LITERAL)
-
-
-def stack(values: list[Value], spans: list[Span], span: Span) -> Value:
-    """Return the array whose elements along a new first dimension are ``values``."""
-    if not values:
-        return table(np.zeros(0), "Real", LITERAL)
-    shape = values[0].shape
-    unit: UnitOf = LITERAL
-    for value, place in zip(values, spans, strict=True):
-        require_shape(value, shape, "elements of an array differ in size", place)
-        unit = units.added(unit, value.unit, "an array holds", "U101", span, spans[0], place)
-    types = {v.type for v in values}
-    type_ = types.pop() if len(types) == 1 else "Real"
-    if type_ in ("String", "record"):
-        fail("T110", f"arrays of {type_} are not supported here", span,
-             help="use separate components")  # fmt: skip
-    if all(not v.shape for v in values):
-        return listed([v.expr for v in values], (len(values),), type_, unit)
-
-    def get(index: Index) -> Expr:
-        return values[position(index[:1], (len(values),))].get(index[1:])
-
-    result = Value(type_, (len(values), *shape), get, unit)
-    return _settled(result)
-
-
-def _settled(value: Value) -> Value:
-    """Turn an array whose elements are all constant into a table."""
-    if value.size <= LONGEST_REDUCTION:
-        try:
-            numbers = constants(value)
-        except NeedsUnroll:
-            return value
-        if numbers is not None:
-            return table(numbers, value.type, value.unit)
-    return value
+    return table(
+        start + step * np.arange(count, dtype=np.float64), "Integer" if whole else "Real", LITERAL
+    )
 
 
 def _array(e: tree.ArrayLiteral, env: Environment) -> Value:
@@ -448,7 +326,7 @@ def _comprehension(e: tree.ArrayComprehension, env: Environment) -> Value:
         own = {i.name: _item(r, x) for i, r, x in zip(e.indices, ranges, index, strict=False)}
         return elaborate(e.element, env.with_locals(own)).get(index[outer:])
 
-    return _settled(Value(first.type, (*shape, *first.shape), get, first.unit))
+    return settled(Value(first.type, (*shape, *first.shape), get, first.unit))
 
 
 def iteration(index: tree.ForIndex, env: Environment) -> Value:
@@ -491,47 +369,9 @@ def passes(
 def _matrix(e: tree.MatrixLiteral, env: Environment) -> Value:
     rows = []
     for row in e.rows:
-        parts = [_as_matrix(elaborate(x, env)) for x in row]
+        parts = [as_matrix(elaborate(x, env)) for x in row]
         rows.append(concatenate(2, parts, [x.span for x in row]))
     return concatenate(1, rows, [r[0].span for r in e.rows])
-
-
-def _as_matrix(value: Value) -> Value:
-    if len(value.shape) == 2:
-        return value
-    if len(value.shape) == 1:
-        return Value(value.type, (value.shape[0], 1), lambda i: value.get(i[:1]), value.unit)
-    return listed([value.expr], (1, 1), value.type, value.unit)
-
-
-def concatenate(dimension: int, values: list[Value], spans: list[Span]) -> Value:
-    """Return arrays put one after the other along a dimension (from 1).
-
-    Raises:
-        AcausalError: ``T104`` if the other sizes differ.
-    """
-    axis = dimension - 1
-    first = values[0]
-    if len(values) == 1:
-        return first
-    unit: UnitOf = LITERAL
-    for value, span in zip(values, spans, strict=True):
-        expected = (*first.shape[:axis], value.shape[axis], *first.shape[axis + 1 :])
-        require_shape(value, expected, "concatenated arrays differ in size", span)
-        unit = units.added(unit, value.unit, "an array holds", "U101", span, spans[0], span)
-    ends = np.cumsum([v.shape[axis] for v in values])
-    shape = (*first.shape[:axis], int(ends[-1]), *first.shape[axis + 1 :])
-
-    def get(index: Index) -> Expr:
-        place = position((index[axis],), (shape[axis],))
-        which = int(np.searchsorted(ends, place, "right"))
-        inside = place - (int(ends[which - 1]) if which else 0)
-        return values[which].get(
-            (*index[:axis], const(float(inside + 1)), *index[axis + 1 :])
-        )
-
-    types = {v.type for v in values}
-    return _settled(Value(types.pop() if len(types) == 1 else "Real", shape, get, unit))
 
 
 def _call(e: tree.Call, env: Environment) -> Value:
@@ -543,60 +383,7 @@ def _refuse(e: tree.Expression, env: Environment) -> Value:
          help=": and end belong into subscripts")  # fmt: skip
 
 
-def subscripted(value: Value, subscripts: tuple[tree.Expression, ...], env: Environment,
-                span: Span) -> Value:  # fmt: skip
-    """Return elements or a slice of an array.
-
-    Raises:
-        AcausalError: ``T113`` for too many subscripts, ``T114`` for one out of range.
-    """
-    if not subscripts:
-        return value
-    if len(subscripts) > len(value.shape):
-        fail("T113", f"{len(subscripts)} subscripts for {shape_text(value.shape)}", span,
-             help="give at most one subscript for each dimension")  # fmt: skip
-    axes = [
-        axis(s, n, env) for s, n in itertools.zip_longest(subscripts, value.shape)
-    ]
-    shape = tuple(a.size for a in axes if a.shape)
-
-    def get(index: Index) -> Expr:
-        free = iter(index)
-        return value.get(tuple(a.get((next(free),)) if a.shape else a.expr for a in axes))
-
-    if not shape:
-        return Value(value.type, (), lambda _: get(()), value.unit, value.text,
-                     value.fields, value.enumeration)  # fmt: skip
-    return Value(value.type, shape, get, value.unit)
-
-
-def axis(subscript: tree.Expression | None, n: int, env: Environment) -> Value:
-    """Return a subscript as a scalar or a vector of positions along a dimension of size ``n``.
-
-    Raises:
-        AcausalError: ``T114`` if a constant position is out of range, ``T115`` if it is no
-            Integer.
-    """
-    if subscript is None or isinstance(subscript, tree.Colon):
-        return Value("Integer", (n,), lambda index: index[0], LITERAL)
-    value = elaborate(subscript, _WithEnd(env, n))
-    if value.type == "Boolean" and value.shape == (n,):
-        mask = constants(value)
-        if mask is not None:
-            return table(np.flatnonzero(mask).astype(np.float64) + 1.0, "Integer", LITERAL)
-    if value.type not in ("Integer", "enumeration") or len(value.shape) > 1:
-        fail("T115", f"{format_expression(subscript)} is not an Integer", subscript.span,
-             help="subscripts are whole numbers from 1")  # fmt: skip
-    small = value.size <= LONGEST_REDUCTION
-    fixed = constants(value) if small or value.numbers is not None else None
-    if fixed is not None and fixed.size and (fixed.min() < 1 or fixed.max() > n):
-        bad = fixed.min() if fixed.min() < 1 else fixed.max()
-        fail("T114", f"subscript {int(bad)} is outside 1..{n}", subscript.span,
-             help=f"the array has {n} elements here")  # fmt: skip
-    return value
-
-
-class _WithEnd:
+class EndEnvironment:
     """An environment in which ``end`` has a value."""
 
     def __init__(self, env: Environment, end: int) -> None:
@@ -604,17 +391,20 @@ class _WithEnd:
         self.end = end
 
     def reference(self, reference: tree.Reference) -> Value:
+        """Return the value of a component reference."""
         return self._env.reference(reference)
 
     def call(self, call: tree.Call) -> Value:
+        """Return the value of a function call."""
         return self._env.call(call)
 
     def with_locals(self, values: dict[str, Value]) -> Environment:
-        return _WithEnd(self._env.with_locals(values), self.end)
+        """Return the environment with names that hide others."""
+        return EndEnvironment(self._env.with_locals(values), self.end)
 
 
 def _end(e: tree.Expression, env: Environment) -> Value:
-    if isinstance(env, _WithEnd):
+    if isinstance(env, EndEnvironment):
         return number(float(env.end), "Integer")
     return _refuse(e, env)
 
@@ -636,4 +426,3 @@ _handlers: dict[type[tree.Expression], Callable[..., Value]] = {
     tree.End: _end,
     tree.TupleExpression: _refuse,
 }
-

@@ -16,16 +16,15 @@ from acausal.diagnostics.suggest import nearest
 from acausal.expressions import build
 from acausal.expressions.nodes import ONE, ZERO, Expr, const
 from acausal.instantiation import unit_algebra as units
+from acausal.instantiation.arrays import LONGEST_REDUCTION, require_shape
 from acausal.instantiation.expressions import (
-    LONGEST_REDUCTION,
     constant_number,
     elaborate,
     elaborate_condition,
     passes,
-    require_shape,
-    subscripted,
 )
 from acausal.instantiation.merge import Element, merge, primitive_type, type_of
+from acausal.instantiation.subscripts import subscripted
 from acausal.instantiation.values import UnitOf, Value, constants, indices, position
 from acausal.modeling.classes import ClassDef
 from acausal.syntax import tree
@@ -84,6 +83,7 @@ class FunctionEnvironment:
         return self.outside.constant(reference)
 
     def read(self, name: str, reference: tree.Reference) -> Value:
+        """Return the value a local variable has now."""
         local = self.locals[name]
         if local.value is not None:
             return local.value
@@ -258,19 +258,17 @@ def _assign(statement: tree.Assignment, env: FunctionEnvironment) -> None:
     _store(statement.target, elaborate(statement.value, env), env, statement.span)
 
 
-def _store(
-    target: tree.Reference, value: Value, env: FunctionEnvironment, span: Span
-) -> None:
+def _store(target: tree.Reference, value: Value, env: FunctionEnvironment, span: Span) -> None:
     name = target.parts[0].name
     local = env.locals.get(name)
-    if local is None or len(target.parts) > 1:
+    if local is None or (len(target.parts) > 1 and local.type != "record"):
         fail("T126", f"{target} cannot be assigned here", span,
-             help="assign the function's own variables, records as a whole")  # fmt: skip
+             help="assign the function's own variables")  # fmt: skip
     if env_input(env, name):
         fail("T126", f"{name} is an input and cannot be assigned", span,
              help="use a protected variable")  # fmt: skip
     if local.type == "record":
-        local.value = value
+        local.value = _with_field(local.value, target.parts[1:], value, target)
         return
     local.value = None
     units.added(local.unit, value.unit, f"{name} is given", "U106", span, span, span)
@@ -279,13 +277,26 @@ def _store(
         require_shape(value, local.shape, f"{name} has another size", span)
         local.elements = list(value.elements())
         return
-    places = Value(
-        "Integer", local.shape, lambda i: const(float(position(i, local.shape))), None
-    )
+    places = Value("Integer", local.shape, lambda i: const(float(position(i, local.shape))), None)
     chosen = subscripted(places, subscripts, env, span)
     require_shape(value, chosen.shape, f"{target} has another size", span)
     for place, element in zip(chosen.elements(), value.elements(), strict=True):
         local.elements[int(build.number_of(place))] = element
+
+
+def _with_field(
+    record: Value | None, path: tuple[tree.NamePart, ...], value: Value, target: tree.Reference
+) -> Value:
+    """Return a record with one field set; without a path, the value itself."""
+    if not path:
+        return value
+    if any(part.subscripts for part in path):
+        fail("T126", f"{target} cannot be assigned here", target.span,
+             help="assign the field as a whole")  # fmt: skip
+    fields = dict(record.fields or {}) if record is not None else {}
+    name = path[0].name
+    fields[name] = _with_field(fields.get(name), path[1:], value, target)
+    return Value("record", (), lambda _: ZERO, None, None, fields)
 
 
 def env_input(env: FunctionEnvironment, name: str) -> bool:
@@ -361,4 +372,3 @@ def _while(statement: tree.WhileStatement, env: FunctionEnvironment) -> None:
             return
     fail("T128", f"this while loop has not ended after {LONGEST_REDUCTION} passes",
          statement.span, help="check its condition")  # fmt: skip
-

@@ -218,9 +218,7 @@ def merge(definition: ClassDef) -> Merged:
     )
 
 
-def _inherit(
-    element: Element, elements: dict[str, Element], clause: tree.ExtendsClause
-) -> None:
+def _inherit(element: Element, elements: dict[str, Element], clause: tree.ExtendsClause) -> None:
     """Refuse to inherit a component that is there already and is not the same.
 
     Raises:

@@ -111,9 +111,7 @@ class Numbering:
             if not child.size:
                 continue
             inside = self.groups[child.template.number]
-            inside.blocks.append(
-                Block(number, child.name, inside.count, child.size, child.shape)
-            )
+            inside.blocks.append(Block(number, child.name, inside.count, child.size, child.shape))
             self._child_first[number, child.name] = inside.count
             inside.count += group.count * child.size
 

@@ -8,7 +8,7 @@ from acausal.diagnostics import fail
 from acausal.diagnostics.suggest import nearest
 from acausal.expressions.nodes import Expr, slot
 from acausal.instantiation.environment import ClassEnvironment
-from acausal.instantiation.expressions import axis
+from acausal.instantiation.subscripts import axis
 from acausal.instantiation.template import Ref, Step, Template, VariableDecl
 from acausal.instantiation.values import Index, UnitOf, Value, number
 from acausal.syntax import tree
@@ -113,7 +113,8 @@ def _unknown_part(reference: tree.Reference, k: int, template: Template) -> None
         reference.parts[k].span,
         label="this name is not declared there",
         notes=[f"did you mean {' or '.join(close)}?"] if close else [],
-        help=f"write {close[0]}, if that is what you mean" if close
+        help=f"write {close[0]}, if that is what you mean"
+        if close
         else f"acausal list {template.name} shows what it has",
     )
 
@@ -128,9 +129,10 @@ def _leaf(
 ) -> Value:
     every = [a for _, step in steps for a in step] + axes
     shape = tuple(a.size for a in every if a.shape)
-    parameter = declaration.name in template.parameters and template.parameters[
-        declaration.name
-    ] is declaration
+    parameter = (
+        declaration.name in template.parameters
+        and template.parameters[declaration.name] is declaration
+    )
 
     def get(index: Index) -> Expr:
         free = iter(index)
