@@ -29,6 +29,7 @@ CORRECTOR = 12
 #: Corrector steps after which a step in lambda counts as easy.
 EASY = 4
 MAX_STEPS = 400
+MAX_ITERATIONS = 2000
 
 
 @dataclass(frozen=True)
@@ -39,11 +40,13 @@ class Path:
         result: Newton's result at ``reached``.
         reached: The last ``lambda`` with a solution; 1 if it came through.
         steps: Steps taken.
+        iterations: Newton steps taken in all of them.
     """
 
     result: NewtonResult
     reached: float
     steps: int
+    iterations: int
 
     @property
     def arrived(self) -> bool:
@@ -85,19 +88,19 @@ class _Shifted:
         return self.equations.jacobian(x)
 
 
-def newton_homotopy(equations: Equations, x0: Array) -> Path:
-    """Follow ``F(x) = (1 - lambda) F(x0)`` from ``x0``."""
+def newton_homotopy(equations: Equations, x0: Array, budget: int = MAX_ITERATIONS) -> Path:
+    """Follow ``F(x) = (1 - lambda) F(x0)`` from ``x0``, with at most ``budget`` Newton steps."""
     f0 = equations.residual(x0)
     if not np.isfinite(f0).all():
         result = NewtonResult(Outcome.NOT_FINITE, x0, 0, np.abs(f0), False)
-        return Path(result, 0.0, 0)
+        return Path(result, 0.0, 0, 0)
     shifted = _Shifted(equations, f0)
 
     def at(value: float) -> Equations:
         shifted.shift = (1.0 - value) * f0
         return shifted
 
-    return follow(at, x0)
+    return follow(at, x0, budget)
 
 
 def model_homotopy(equations: Equations, x0: Array, set_lambda: Callable[[float], None]) -> Path:
@@ -116,17 +119,19 @@ def model_homotopy(equations: Equations, x0: Array, set_lambda: Callable[[float]
     return follow(at, x0)
 
 
-def follow(at: Callable[[float], Equations], x0: Array) -> Path:
+def follow(at: Callable[[float], Equations], x0: Array, budget: int = MAX_ITERATIONS) -> Path:
     """Follow the solutions of ``at(lambda)`` from 0 to 1.
 
     Args:
         at: The equations for a value of lambda.
         x0: Start of the iteration at ``lambda = 0``.
+        budget: Newton steps allowed in all.
     """
     result = solve(at(0.0), x0)
+    iterations = result.iterations
     if not result.converged:
         at(1.0)
-        return Path(result, 0.0, 0)
+        return Path(result, 0.0, 0, iterations)
     reached, x, step = 0.0, result.x, FIRST_STEP
     before: tuple[float, Array] | None = None
     for count in range(1, MAX_STEPS + 1):
@@ -135,18 +140,22 @@ def follow(at: Callable[[float], Equations], x0: Array) -> Path:
         if before is not None:
             guess = x + (x - before[1]) * ((value - reached) / (reached - before[0]))
         result = solve(at(value), guess, CORRECTOR)
+        iterations += result.iterations
         if not result.converged and before is not None:
             result = solve(at(value), x, CORRECTOR)
+            iterations += result.iterations
         if result.converged:
             before = (reached, x)
             reached, x = value, result.x
             if reached == 1.0:
-                return Path(result, 1.0, count)
+                return Path(result, 1.0, count, iterations)
             if result.iterations <= EASY:
                 step *= 2.0
         else:
             step = 0.25 * (value - reached)
             if step < LEAST_STEP:
                 break
+        if iterations > budget:
+            break
     at(1.0)
-    return Path(result, reached, count)
+    return Path(result, reached, count, iterations)

@@ -56,24 +56,36 @@ def solve_robustly(equations: Equations, x0: Array, movable: NDArray[np.bool_]) 
     Returns:
         The first success; otherwise the first attempt, whose outcome tells most.
     """
+    budget = effort(x0.shape[0])
     first = solve(equations, x0)
     if first.converged and first.regular:
         return Attempt(first, "Newton")
     irregular = first if first.converged else None
+    spent = first.iterations
     if first.outcome not in (Outcome.NOT_FINITE, Outcome.NOT_FINITE_JACOBIAN) and not irregular:
-        path = newton_homotopy(equations, x0)
+        path = newton_homotopy(equations, x0, budget // 2)
+        spent += path.iterations
         if path.arrived and path.result.regular:
             return Attempt(path.result, "Newton homotopy")
     for guess in guesses(x0, equations.scale, movable):
+        if spent > budget:
+            break
         result = solve(equations, guess)
+        spent += result.iterations
         if not result.converged and result.outcome is not Outcome.NOT_FINITE and not irregular:
-            path = newton_homotopy(equations, guess)
+            path = newton_homotopy(equations, guess, (budget - spent) // 2)
+            spent += path.iterations
             result = path.result if path.arrived else result
         if result.converged and (result.regular or not irregular):
             if irregular and _norm(result.x - x0) > 2.0 * _norm(irregular.x - x0) + 1e-6:
                 continue
             return Attempt(result, "another guess")
     return Attempt(irregular or first, "Newton")
+
+
+def effort(n: int) -> int:
+    """Return how many Newton steps may be spent on ``n`` unknowns: seconds, not minutes."""
+    return max(100, min(4000, 1_000_000 // max(n, 1)))
 
 
 def _norm(x: Array) -> float:

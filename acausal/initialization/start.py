@@ -31,6 +31,7 @@ from acausal.initialization.problem import (
     has_homotopy,
     start_equations,
 )
+from acausal.initialization.robust import effort
 from acausal.initialization.system import StartSystem
 from acausal.initialization.texts import LIST, failure_of, member_text, row_text
 
@@ -171,7 +172,7 @@ def _solve(
         if result.converged:
             return StartStatistics(problem.n, result.iterations, "Newton", 0), False
         equations.set_values(guess, time)
-        path = newton_homotopy(problem, problem.get())
+        path = newton_homotopy(problem, problem.get(), effort(problem.n))
         problem.put(path.result.x)
         if path.arrived:
             return StartStatistics(problem.n, path.steps, "Newton homotopy", 0), True
