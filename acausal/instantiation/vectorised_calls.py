@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from acausal.diagnostics import fail
-from acausal.expressions.nodes import ONE, Expr
+from acausal.expressions.nodes import ONE
 from acausal.instantiation.functions import inline
 from acausal.instantiation.merge import merge, primitive_type, type_of
 from acausal.instantiation.values import LITERAL, Index, Value, scalar, table
@@ -42,6 +42,8 @@ def call_function(
     """
     declared = _dimensions(function)
     names = list(declared)
+    if len(given) > len(names):
+        return inline(function, call, given, named, outside, depth)  # which refuses it
     arguments = [*zip(names, given, strict=False), *named.items()]
     shapes: dict[tuple[int, ...], None] = {}
     further: dict[str, int] = {}
@@ -64,20 +66,14 @@ def call_function(
 
     def at(index: Index) -> list[Value]:
         if index not in known:
-            own = [
-                _part(v, index) if k in further else v for k, v in zip(names, given, strict=False)
-            ]
-            by_name = {k: _part(v, index) if k in further else v for k, v in named.items()}
-            known[index] = inline(function, call, own, by_name, outside, depth)
+            own = {k: _part(v, index) if k in further else v for k, v in arguments}
+            known[index] = inline(function, call, [], own, outside, depth)
         return known[index]
 
-    def result(k: int, first: Value) -> Value:
-        def get(index: Index) -> Expr:
-            return at(index[:n])[k].get(index[n:])
+    def output(k: int, first: Value) -> Value:
+        return Value(first.type, shape + first.shape, lambda i: at(i[:n])[k].get(i[n:]), first.unit)
 
-        return Value(first.type, shape + first.shape, get, first.unit)
-
-    return [result(k, first) for k, first in enumerate(at((ONE,) * n))]
+    return [output(k, first) for k, first in enumerate(at((ONE,) * n))]
 
 
 def _dimensions(function: ClassDef) -> dict[str, int]:
