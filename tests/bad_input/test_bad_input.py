@@ -44,10 +44,10 @@ def expectation(path: Path) -> Expectation:
 def diagnostics(path: Path) -> tuple[Diagnostic, ...]:
     """Take a file all the way to a trajectory and return what was said about it."""
     try:
-        compile_file(path).simulate(stop_time=2.0)
+        said: tuple[Diagnostic, ...] = compile_file(path).simulate(stop_time=2.0).diagnostics
     except AcausalError as error:
         return error.diagnostics
-    return ()
+    return said
 
 
 def test_there_are_enough_mistakes() -> None:
