@@ -25,7 +25,13 @@ from acausal.elimination.locals import choose_definitions, put_in
 from acausal.elimination.outputs import sweep_outputs
 from acausal.elimination.rewriting import rewritten
 from acausal.elimination.signed_components import Signs
-from acausal.elimination.working import System, compacted, expanded, whole_model
+from acausal.elimination.working import (
+    System,
+    compacted,
+    expanded,
+    unsupported_derivatives,
+    whole_model,
+)
 from acausal.flattening.model import EquationFamily, FlatModel, Ids, Names, StateSelect
 
 #: Rounds of elimination; each makes what is left smaller, few are ever needed.
@@ -140,9 +146,8 @@ def _definitions_of_lost_derivatives(system: System) -> Ids:
     Nothing would make index reduction find such a derivative, so the row has to stay.
     """
     n = system.n_variables
-    lost = np.zeros(n, dtype=np.bool_)
-    lost[system.derivative[system.derivative >= 0]] = True
-    lost &= use_counts(system.families, n) == 0
+    used = use_counts(system.families, n) > 0
+    lost = unsupported_derivatives(system.derivative, used) & ~used
     found = np.zeros(n, dtype=np.bool_)
     if lost.any():
         for group in system.definitions:
@@ -227,8 +232,9 @@ def _without_locals(
         uses = use_counts(system.families, n)
         if sweeps == MAX_SWEEPS:
             break
+        unsupported = unsupported_derivatives(system.derivative, uses > 0)
         sweep = sweep_outputs(
-            system.families, counts, uses, blocked | elsewhere, elsewhere, derivatives
+            system.families, counts, uses, blocked | elsewhere, elsewhere, unsupported
         )
         if sweep is None:
             break
@@ -294,9 +300,14 @@ def _finish(model: FlatModel, system: System, rounds: int) -> Elimination:
     mothers = np.flatnonzero(derivative >= 0)
     is_derivative = np.zeros(n, dtype=np.bool_)
     is_derivative[model.derivative[model.derivative >= 0]] = True
-    idle = is_derivative & ~used & (derivative < 0)
-    active &= ~idle
-    derivative[mothers[idle[derivative[mothers]] | ~active[mothers]]] = -1
+    derivative[mothers[~active[mothers]]] = -1
+    while True:
+        idle = is_derivative & active & ~used & (derivative < 0)
+        if not idle.any():
+            break
+        active &= ~idle
+        mothers = np.flatnonzero(derivative >= 0)
+        derivative[mothers[idle[derivative[mothers]]]] = -1
 
     initial, *assertions = system.others
     reduced = replace(

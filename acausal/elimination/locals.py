@@ -70,10 +70,16 @@ def has_jumps(template: Expr) -> bool:
 
 @lru_cache(maxsize=16384)
 def solution(
-    template: Expr, key: int, parameters: frozenset[int] = frozenset()
+    template: Expr,
+    key: int,
+    parameters: frozenset[int] = frozenset(),
+    limit: int = MAX_DEFINITION,
 ) -> tuple[Expr, Expr] | None:
-    """Return ``(f, c)`` of :func:`solved_for`, or None if the row is no definition of the slot."""
-    if has_jumps(template) or size(template) > MAX_DEFINITION:
+    """Return ``(f, c)`` of :func:`solved_for`, or None if the row is no definition of the slot.
+
+    Rows of more than ``limit`` nodes are none.
+    """
+    if has_jumps(template) or size(template) > limit:
         return None
     return solved_for(template, key, parameters)
 

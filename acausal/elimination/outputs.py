@@ -8,6 +8,7 @@ repeated.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -25,7 +26,7 @@ from acausal.elimination.families import (
 from acausal.elimination.linear_form import tidied
 from acausal.elimination.locals import solution
 from acausal.expressions.build import mul
-from acausal.expressions.nodes import const
+from acausal.expressions.nodes import Expr, const
 from acausal.flattening.model import EquationFamily, Ids
 
 Mask = NDArray[np.bool_]
@@ -74,7 +75,7 @@ def sweep_outputs(
     for family in families:
         for j in variable_slots(family):
             hit = output[family.operands[j]] & (defines[family.rows] < 0)
-            if not hit.any() or solution(family.template, j) is None:
+            if not hit.any() or _value(family, j) is None:
                 continue
             single = np.flatnonzero(hit & (counts[family.rows] == 1))
             defines[family.rows[single]] = family.operands[j, single]
@@ -105,6 +106,12 @@ def sweep_outputs(
     )
 
 
+def _value(family: EquationFamily, j: int) -> Expr | None:
+    """Return ``f`` with ``slot(j) = f``; it is put into nothing, so it may be large."""
+    solved = solution(family.template, j, frozenset(), sys.maxsize)
+    return None if solved is None else solved[0]
+
+
 def _keep_derivatives(
     families: Sequence[EquationFamily], defines: Ids, uses: Ids, derivatives: Mask
 ) -> None:
@@ -132,15 +139,15 @@ def _values(family: EquationFamily, counts: Ids, defines: Ids) -> list[EquationF
     result: list[EquationFamily] = []
     for j in variable_slots(family):
         mine = family.operands[j, rest] == defines[family.rows[rest]]
-        solved = solution(family.template, j) if mine.any() else None
-        if solved is None:
+        value = _value(family, j) if mine.any() else None
+        if value is None:
             continue
         part = take_members(family, rest[mine])
         rest = rest[~mine]
         named = EquationFamily(
             part.template, part.kinds, part.operands, part.operands[j], part.origins
         )
-        result.append(renumbered(named, solved[0]))
+        result.append(renumbered(named, value))
     return result
 
 

@@ -98,6 +98,28 @@ def whole_model(model: FlatModel) -> System:
     )
 
 
+def unsupported_derivatives(derivative: Ids, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the derivatives that only their own use keeps in the system.
+
+    A derivative of which a higher derivative is in use is there anyway.
+
+    Args:
+        derivative: Derivative of each variable, or -1.
+        used: Which variables stand in a row.
+    """
+    mothers = np.flatnonzero(derivative >= 0)
+    daughters = derivative[mothers]
+    supported = np.zeros(derivative.shape[0], dtype=np.bool_)
+    while True:
+        new = mothers[(used[daughters] | supported[daughters]) & ~supported[mothers]]
+        if new.shape[0] == 0:
+            break
+        supported[new] = True
+    result = np.zeros_like(supported)
+    result[daughters] = True
+    return result & ~supported
+
+
 def _mapped(families: Group, variable: Ids, row: Ids | None) -> Group:
     """Return families with variables, and rows if they are any, numbered by other numbers."""
     result: list[EquationFamily] = []

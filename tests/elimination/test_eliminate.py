@@ -381,6 +381,35 @@ def test_initial_equations_and_assertions_follow():
     assert not result.active[z]
 
 
+def test_output_of_a_velocity_goes_out_when_the_acceleration_is_in_use():
+    b = FlatBuilder()
+    x, v, a, energy = (b.variable(n) for n in ("x", "v", "a", "energy"))
+    b.equation(S[0] - S[1], v, b.der(x))
+    b.equation(S[0] - S[1], a, b.der(v))
+    b.equation(S[0] - S[1] * S[1], energy, v)
+    b.equation(S[0] + call("sin", S[1]), a, x)
+    model = b.build()
+    result = eliminate(model)
+    assert not result.active[energy]
+    assert result.model.n_rows == 1
+    assert result.active[[x, v]].all()
+    check_equivalence(model, result)
+
+
+def test_derivative_in_one_output_only_keeps_its_row():
+    """i = C*der(v), v = sin(t): without the row nobody would look for der(v)."""
+    b = FlatBuilder()
+    v, i = b.variable("v"), b.variable("i")
+    dv = b.der(v)
+    b.equation(S[0] - 3 * S[1], i, dv)
+    b.equation(S[0] - call("sin", t), v)
+    model = b.build()
+    result = eliminate(model)
+    assert result.model.n_rows == 2
+    assert result.model.derivative[v] == dv
+    check_equivalence(model, result)
+
+
 def test_expensive_definitions_are_not_repeated_often():
     b = FlatBuilder()
     y = b.variable("y")
