@@ -70,6 +70,7 @@ CODES: dict[str, str] = {
     "N118": "An `outer` component has no `inner` one.",
     "N119": "There is no parameter of this name in the model.",
     "N120": "A parameter has no value; its start value is used (warning).",
+    "N121": "Two wildcard imports give one name different meanings.",
     "N150": "The library has no package or class of this name.",
     "N901": "The result has no variable of this name.",
     "T101": "A number is needed.",

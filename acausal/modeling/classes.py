@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, TypeAlias
 
-from acausal.diagnostics import Span, fail
+from acausal.diagnostics import Label, Span, fail
 from acausal.diagnostics.suggest import nearest
 from acausal.syntax import tree
 
@@ -258,9 +258,7 @@ def _import_target(clause: tree.ImportClause, path: tuple[str, ...], scope: Scop
     return found
 
 
-def find_import(
-    imports: tuple[tree.ImportClause, ...], name: str, scope: Scope
-) -> Found | None:
+def find_import(imports: tuple[tree.ImportClause, ...], name: str, scope: Scope) -> Found | None:
     """Return what an import clause makes of ``name``: qualified imports before wildcards."""
     for clause in imports:
         if clause.wildcard:
@@ -270,12 +268,24 @@ def find_import(
                 return _import_target(clause, (*clause.path, name), scope)
         elif name == (clause.alias or clause.path[-1]):
             return _import_target(clause, clause.path, scope)
+    several: list[tuple[tree.ImportClause, Found]] = []
     for clause in imports:
         if clause.wildcard:
             found = _member(_import_target(clause, clause.path, scope), name)
-            if found is not None:
-                return found
-    return None
+            if found is not None and all(found is not other for _, other in several):
+                several.append((clause, found))
+    if len(several) > 1 and not isinstance(several[0][1], Constant):
+        raise AmbiguousName(name, several)
+    return several[0][1] if several else None
+
+
+class AmbiguousName(Exception):  # noqa: N818 - becomes a diagnostic where the name is used
+    """Two wildcard imports give one name different meanings."""
+
+    def __init__(self, name: str, found: list[tuple[tree.ImportClause, Found]]) -> None:
+        super().__init__(name)
+        self.name = name
+        self.found = found
 
 
 def imported_names(clause: tree.ImportClause, scope: Scope) -> list[str]:
@@ -359,7 +369,28 @@ def find_name(
     skip_components: bool = False,
     start: ClassDef | None = None,
 ) -> Found | None:
-    """Like :func:`lookup`, but return None when there is no such name."""
+    """Like :func:`lookup`, but return None when there is no such name.
+
+    Raises:
+        AcausalError: ``N121`` if two wildcard imports give it different meanings.
+    """
+    try:
+        return _find_name(scope, reference, skip_components, start)
+    except AmbiguousName as ambiguous:
+        names = [getattr(f, "full_name", ambiguous.name) for _, f in ambiguous.found]
+        fail(
+            "N121",
+            f"{ambiguous.name} may be {' or '.join(names)}",
+            reference.span,
+            label="two imports give this name",
+            labels=[Label(clause.span, "imported from here") for clause, _ in ambiguous.found],
+            help=f"write {names[0]}, or import {names[0]}",
+        )
+
+
+def _find_name(
+    scope: Scope, reference: tree.Reference, skip_components: bool, start: ClassDef | None
+) -> Found | None:
     first = reference.parts[0].name
     if len(reference.parts) == 1 and first in BUILTIN_TYPES:
         return _builtins[first]
