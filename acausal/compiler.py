@@ -65,7 +65,9 @@ class Stages:
 
 
 def compile_class(
-    definition: ClassDef, parameters: Mapping[str, float] | None = None, stages: Stages | None = None
+    definition: ClassDef,
+    parameters: Mapping[str, float] | None = None,
+    stages: Stages | None = None,
 ) -> Stages:
     """Take a class through all stages.
 
@@ -116,9 +118,7 @@ def compile_class(
     with stages.timed("generate"):
         family_kernels(differentiated.families)
     with stages.timed("build"):
-        stages.system = build_system(
-            flattened, elimination, differentiated, offsets, signature
-        )
+        stages.system = build_system(flattened, elimination, differentiated, offsets, signature)
     return stages
 
 

@@ -25,9 +25,7 @@ def wanted_slots(family: EquationFamily) -> tuple[int, ...]:
 
 def family_kernels(families: Sequence[EquationFamily]) -> list[Kernel]:
     """Return the kernels of families and, last, the one of the coupling rows."""
-    return compile_kernels(
-        [*((f.template, wanted_slots(f)) for f in families), (COUPLING, (0, 1))]
-    )
+    return compile_kernels([*((f.template, wanted_slots(f)) for f in families), (COUPLING, (0, 1))])
 
 
 def positions(family: EquationFamily, position: Ids, parameters: int) -> NDArray[np.int32]:
@@ -63,9 +61,7 @@ def assemble(
     indices = [positions(f, layout.position, layout.parameters) for f in families]
     coupled = layout.couplings
     x = layout.position[layout.states[coupled]]
-    indices.append(
-        np.stack([x + n, layout.position[layout.derivatives[coupled]]]).astype(np.int32)
-    )
+    indices.append(np.stack([x + n, layout.position[layout.derivatives[coupled]]]).astype(np.int32))
     targets.append((n_rows + np.arange(len(coupled))).astype(np.int32))
     entries, indptr, rows = _pattern(kernels, indices, targets, n)
     w = np.zeros(layout.observables)
@@ -98,7 +94,11 @@ def _pattern(
             keys.append(np.where(place < 0, -1, (place % n) * n + target))
             primes.append(place >= n)
     if not keys:
-        return [np.zeros((0, t.shape[0]), np.int32) for t in targets], np.zeros(n + 1, np.int64), np.zeros(0, np.int32)  # noqa: E501
+        return (
+            [np.zeros((0, t.shape[0]), np.int32) for t in targets],
+            np.zeros(n + 1, np.int64),
+            np.zeros(0, np.int32),
+        )
     every = np.concatenate(keys)
     unique, inverse = np.unique(every[every >= 0], return_inverse=True)
     nnz = len(unique)

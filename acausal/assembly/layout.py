@@ -1,9 +1,9 @@
 """Roles as positions: where each variable stands in the work vector.
 
 Let ``x, x', x'', ...`` be the members of a chain of derivatives. A member is a *state* if its
-derivative is not dummy. States and algebraic unknowns (dummy derivatives among them) stand in ``y``;
-the derivative of a state is an entry of ``y'`` and needs no place of its own, unless it is a state
-itself: then it stands in ``y``, too, and a row ``y'[x] - y[x'] = 0`` couples the two.
+derivative is not dummy. States and algebraic unknowns (dummy derivatives among them) stand in
+``y``; the derivative of a state is an entry of ``y'`` and needs no place of its own, unless it is a
+state itself: then it stands in ``y``, too, and a row ``y'[x] - y[x'] = 0`` couples the two.
 
 Counting: with ``N`` ids, ``R`` rows, ``S = N - R`` states and ``C`` couplings, ``y`` has
 ``N - (S - C) = R + C`` entries, as many as there are rows.

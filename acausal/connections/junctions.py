@@ -1,10 +1,10 @@
 """Connection sets by union-find over all cuts at once (Modelica 3.6, section 9.2).
 
-Every cut has two faces: the outer one, seen by the class that owns the component, and the inner one,
-seen from inside the component. Faces joined by connect equations make a junction, where the through
-variables of outer faces, minus those of inner faces, add up to zero. Across variables do not
-know faces: they are equal over everything that is joined on either side. A cut whose outer face is
-joined to nothing carries nothing.
+Every cut has two faces: the outer one, seen by the class that owns the component, and the inner
+one, seen from inside the component. Faces joined by connect equations make a junction, where the
+through variables of outer faces, minus those of inner faces, add up to zero. Across variables do
+not know faces: they are equal over everything that is joined on either side. A cut whose outer face
+is joined to nothing carries nothing.
 
 Complexity: a few array operations over cuts and connections, see
 :mod:`acausal.connections.components`.
@@ -112,7 +112,8 @@ def _edges(numbering: Numbering, offsets: dict[int, int]) -> Ids:
                 except IndexError as error:
                     index, n = error.args
                     fail("T114", f"subscript {index} is outside 1..{n}", connect.span,
-                         help=f"the array has {n} elements; check the range of the loop")  # fmt: skip
+                         help=f"the array has {n} elements; "
+                         "check the range of the loop")  # fmt: skip
                 face = 2 * (offsets[template.number] + here) + int(cut.inner_face)
                 ends.append(np.broadcast_to(face, size).reshape(-1))
             for other in ends[1:]:

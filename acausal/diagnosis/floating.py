@@ -1,7 +1,7 @@
 """Islands without a reference: potentials of which only differences appear anywhere.
 
-An indicator vector that is 1 on the across variables of an island and 0 elsewhere is a null vector of the
-system if every equation sees only differences inside the island. Islands are components of
+An indicator vector that is 1 on the across variables of an island and 0 elsewhere is a null vector
+of the system if every equation sees only differences inside the island. Islands are components of
 the graph in which potentials are joined that stand in one equation; the sum of partial
 derivatives over the potentials of each row tells whether it fixes a level. O(entries).
 """

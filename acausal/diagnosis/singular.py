@@ -57,7 +57,9 @@ def unbalanced(flattened: Flattened) -> AcausalError | None:
                 flattened.numbering.groups[-1].template.span,
                 notes=(f"{abs(model.n_rows - unknowns)} too {'few' if few else 'many'}, "
                        "junctions counted",),
-                help="add the missing equations" if few else "remove the equations that are too many",
+                help=(
+                    "add the missing equations" if few else "remove the equations that are too many"
+                ),
             )
         ]
     )  # fmt: skip
@@ -153,9 +155,7 @@ def _few(paths: list[str]) -> str:
     return ", ".join(unique[:_MOST]) + more
 
 
-def _repeating(
-    model: FlatModel, elimination: Elimination, row: int
-) -> tuple[Ids, list[int]]:
+def _repeating(model: FlatModel, elimination: Elimination, row: int) -> tuple[Ids, list[int]]:
     """Return the rows that speak of the same variables as one row, and these variables."""
     of_row: dict[int, set[int]] = {}
     for family in model.families:

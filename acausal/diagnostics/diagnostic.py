@@ -79,6 +79,4 @@ def fail(
     Raises:
         AcausalError: Always.
     """
-    raise AcausalError(
-        [Diagnostic(code, message, span, label, tuple(labels), tuple(notes), help)]
-    )
+    raise AcausalError([Diagnostic(code, message, span, label, tuple(labels), tuple(notes), help)])

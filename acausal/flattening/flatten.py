@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,9 +98,7 @@ def flatten(templates: list[Template], given: dict[str, float] | None = None) ->
                 e.owner,
             )  # fmt: skip
     assertions = _assertions(numbering, literals)
-    values = parameter_values(
-        numbering, builder, names, _given_ids(names, given or {}), warnings
-    )
+    values = parameter_values(numbering, builder, names, _given_ids(names, given or {}), warnings)
     variables = _attributes(numbering, builder, values)
     root = templates[-1]
     model = FlatModel(
@@ -244,14 +243,12 @@ def _across_rows(
     return n_rows + len(a)
 
 
-def _cut_origins(
-    junctions: Junctions, cuts: Ids, kind: RowKind, text: str
-) -> tuple[Origin, ...]:
+def _cut_origins(junctions: Junctions, cuts: Ids, kind: RowKind, text: str) -> tuple[Origin, ...]:
     """Return origins for runs of cuts of one group."""
     groups = junctions.group[cuts]
     change = np.flatnonzero(np.diff(groups)) + 1
     bounds = [0, *change.tolist(), len(cuts)]
     return tuple(
         Origin(a, b - a, kind, None, text, "", int(groups[a]), junctions.instance[cuts[a:b]])
-        for a, b in zip(bounds[:-1], bounds[1:], strict=True)
+        for a, b in pairwise(bounds)
     )

@@ -157,7 +157,8 @@ def _solve(
                 bad = targets[~np.isfinite(values[targets]) & ~np.isinf(values[targets])]
                 if len(bad):
                     fail("I010", f"the value of {names.parameter(int(bad[0]))} is not a number",
-                         item.span, help="check for 0/0 or a root of a negative number")  # fmt: skip
+                         item.span,
+                         help="check for 0/0 or a root of a negative number")  # fmt: skip
             if not ready.all():
                 left = ~ready
                 waiting.append(

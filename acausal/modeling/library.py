@@ -137,9 +137,7 @@ class Root:
 
     def names(self) -> list[str]:
         """Names of all top-level packages."""
-        files = [
-            p.stem for f in self.folders if f.is_dir() for p in sorted(f.glob("*" + SUFFIX))
-        ]
+        files = [p.stem for f in self.folders if f.is_dir() for p in sorted(f.glob("*" + SUFFIX))]
         return [*self.packages, *files]
 
 

@@ -47,9 +47,7 @@ def _violation(system: System, assertion: Assertion, segment: Segment) -> Diagno
     for k, kind in enumerate(family.kinds):
         ids = family.operands[k]
         if kind == Operand.VARIABLE:
-            values[k] = segment.observer.values(
-                ids.tolist(), segment.times, segment.y, segment.yp
-            )
+            values[k] = segment.observer.values(ids.tolist(), segment.times, segment.y, segment.yp)
         else:
             values[k] = system.parameters[ids][None, :]
 

@@ -269,9 +269,7 @@ def simulate(system: System, request: Request) -> Result:
     trajectories = Trajectories(
         system.names, system.derivative, system.representative, system.sign, chosen
     )
-    run = _Run(
-        system, request, Recorder(chosen, trajectories.segments), selector, tolerance, stop
-    )
+    run = _Run(system, request, Recorder(chosen, trajectories.segments), selector, tolerance, stop)
     events = time_events(
         system.differentiated.families, system.definitions, system.parameters,
         system.representative, system.sign, start, stop,

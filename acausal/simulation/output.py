@@ -30,7 +30,8 @@ def output_times(request: Request, start: float, stop: float) -> Array:
     if request.interval is not None:
         if not request.interval > 0 or (stop - start) / request.interval > MOST_POINTS:
             fail("R010", f"an output interval of {request.interval:g} s is not possible",
-                 help="give a time above 0, at least a small part of the simulated time")  # fmt: skip
+                 help="give a time above 0, "
+                 "at least a small part of the simulated time")  # fmt: skip
         count = int(np.floor((stop - start) / request.interval * (1 + 1e-12)))
         times: Array = start + request.interval * np.arange(count + 1, dtype=np.float64)
         if times[-1] < stop - 1e-9 * (stop - start):

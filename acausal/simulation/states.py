@@ -94,7 +94,8 @@ class StateSelector:
         """Equations, problem, and where each wanted entry stands in its Jacobian."""
         system = self.system
         entries, chains = system.entries, system.differentiated.chains
-        ids = chains.ids(entries.bases, system.offsets.d[entries.bases] - system.offsets.c[entries.rows])
+        orders = system.offsets.d[entries.bases] - system.offsets.c[entries.rows]
+        ids = chains.ids(entries.bases, orders)
         equations = make_equations(system.start_system(np.zeros(0, np.int64)), with_initial=False)
         rows, columns = np.unique(entries.rows), np.unique(ids)
         problem = algebraic_problem(equations, rows, columns)

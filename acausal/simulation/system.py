@@ -1,4 +1,4 @@
-"""Everything a simulation needs of a compiled model: arrays and templates, nothing symbolic to do."""
+"""All that a simulation needs of a compiled model: arrays and templates, nothing symbolic to do."""
 
 from __future__ import annotations
 

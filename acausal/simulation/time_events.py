@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,7 +111,7 @@ class TimeSignals:
 
         result: list[float] = []
         bounds = [start, *(t for t in inner if start < t < stop), stop]
-        for a, b in zip(bounds[:-1], bounds[1:], strict=True):
+        for a, b in pairwise(bounds):
             width = b - a
             if width <= 0 or not np.isfinite(width):
                 continue

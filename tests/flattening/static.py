@@ -1,7 +1,7 @@
 """A flat model solved at one instant by the plainest means, to see what its equations say.
 
-Nothing of elimination, index reduction or code generation is used: residuals are evaluated family by
-family, the Jacobian by differences. States stay at their start values, their derivatives are
+Nothing of elimination, index reduction or code generation is used: residuals are evaluated family
+by family, the Jacobian by differences. States stay at their start values, their derivatives are
 unknowns.
 """
 
@@ -18,7 +18,9 @@ from acausal.instantiation.instantiate import instantiate
 from acausal.modeling.load import choose_model, load_text
 
 
-def flat(text: str, model: str | None = None, given: Mapping[str, float] | None = None) -> Flattened:
+def flat(
+    text: str, model: str | None = None, given: Mapping[str, float] | None = None
+) -> Flattened:
     """Return the flat model of a text."""
     classes, _ = load_text(text)
     definition = choose_model(classes, model, "the text")
@@ -32,16 +34,12 @@ def parameters(
     """Return the values of all parameters by path."""
     flattened = flat(text, model, given)
     names, values = flattened.model.names, flattened.model.parameters
-    return {
-        names.parameter(k): float(values[k]) for k in range(flattened.numbering.n_parameters)
-    }
+    return {names.parameter(k): float(values[k]) for k in range(flattened.numbering.n_parameters)}
 
 
 def family_values(family: EquationFamily, values, parameters, time: float = 0.0) -> np.ndarray:
     tables = {Operand.VARIABLE: values, Operand.PARAMETER: parameters}
-    found = evaluate(
-        family.template, lambda k: tables[family.kinds[k]][family.operands[k]], time
-    )
+    found = evaluate(family.template, lambda k: tables[family.kinds[k]][family.operands[k]], time)
     return np.broadcast_to(found, (family.count,))
 
 
