@@ -77,9 +77,6 @@ def flatten(templates: list[Template], given: dict[str, float] | None = None) ->
     warnings: list[Diagnostic] = []
     literals = LiteralPool(numbering.n_parameters)
     builder = FamilyBuilder(numbering, literals)
-    for group in numbering.groups:
-        if group.count:
-            check_class(group.template)
     junctions = find_junctions(numbering)
     n_rows = 0
     for group in reversed(numbering.groups):
@@ -88,6 +85,10 @@ def flatten(templates: list[Template], given: dict[str, float] | None = None) ->
                 group.template, e.residual, e.domain, n_rows, e.span, e.text, RowKind.DECLARED,
                 e.owner,
             )  # fmt: skip
+    # After the equations: a subscript out of range explains more than a wrong count.
+    for group in numbering.groups:
+        if group.count:
+            check_class(group.template)
     n_rows = _junction_rows(builder, junctions, n_rows)
     start_builder = FamilyBuilder(numbering, literals)
     n_initial = 0

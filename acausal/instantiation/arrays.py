@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -129,19 +130,37 @@ def stack(values: list[Value], spans: list[Span], span: Span) -> Value:
     for value, place in zip(values, spans, strict=True):
         require_shape(value, shape, "elements of an array differ in size", place)
         unit = units.added(unit, value.unit, "an array holds", "U101", span, spans[0], place)
-    types = {v.type for v in values}
-    type_ = types.pop() if len(types) == 1 else "Real"
+    type_ = common_type(values, spans)
     if type_ in ("String", "record"):
         fail("T110", f"arrays of {type_} are not supported here", span,
              help="use separate components")  # fmt: skip
+    enumeration = values[0].enumeration
     if all(not v.shape for v in values):
-        return listed([v.expr for v in values], (len(values),), type_, unit)
+        result = listed([v.expr for v in values], (len(values),), type_, unit)
+        return replace(result, enumeration=enumeration)
 
     def get(index: Index) -> Expr:
         return values[position(index[:1], (len(values),))].get(index[1:])
 
-    result = Value(type_, (len(values), *shape), get, unit)
-    return settled(result)
+    result = settled(Value(type_, (len(values), *shape), get, unit))
+    return replace(result, enumeration=enumeration)
+
+
+def common_type(values: list[Value], spans: list[Span]) -> str:
+    """Return the type of values that stand for each other; whole numbers are real, too.
+
+    Raises:
+        AcausalError: ``T101`` if there is none.
+    """
+    type_, enumeration = values[0].type, values[0].enumeration
+    for value, span in zip(values, spans, strict=True):
+        if value.type == type_ and value.enumeration is enumeration:
+            continue
+        if {value.type, type_} != {"Real", "Integer"}:
+            fail("T101", f"{type_} and {value.type} do not mix", span,
+                 help="use values of one type; Booleans become numbers with if c then 1 else 0")  # fmt: skip
+        type_ = "Real"
+    return type_
 
 
 def settled(value: Value) -> Value:
@@ -189,5 +208,4 @@ def concatenate(dimension: int, values: list[Value], spans: list[Span]) -> Value
         inside = place - (int(ends[which - 1]) if which else 0)
         return values[which].get((*index[:axis], const(float(inside + 1)), *index[axis + 1 :]))
 
-    types = {v.type for v in values}
-    return settled(Value(types.pop() if len(types) == 1 else "Real", shape, get, unit))
+    return settled(Value(common_type(values, spans), shape, get, unit))

@@ -15,6 +15,7 @@ from acausal.instantiation import unit_algebra as units
 from acausal.instantiation.arrays import (
     LONGEST_REDUCTION,
     as_matrix,
+    common_type,
     concatenate,
     mapped,
     matrix_product,
@@ -289,7 +290,7 @@ def _if(e: tree.IfExpression, env: Environment) -> Value:
         unit = units.added(
             branch.unit, value.unit, "an if gives", "U101", e.span, source.span, last.span
         )
-        type_ = branch.type if branch.type == value.type else "Real"
+        type_ = common_type([value, branch], [last.span, source.span])
         value = mapped(build.if_, type_, unit, condition_value, branch, value)
     return value
 
