@@ -10,7 +10,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+import pytest
 
+from acausal.diagnostics import AcausalError
 from acausal.expressions.evaluate import evaluate
 from acausal.flattening.flatten import Flattened, flatten
 from acausal.flattening.model import EquationFamily, Operand
@@ -98,3 +100,12 @@ def solve_flat(
     else:
         raise AssertionError("Newton's method did not converge")
     return {names.variable(k): float(values[k]) for k in range(n)}
+
+
+def refused(text: str, model: str | None = None, given: Mapping[str, float] | None = None):
+    """Return the message with which a model is refused."""
+    with pytest.raises(AcausalError) as caught:
+        flat(text, model, given)
+    found = caught.value.diagnostics[0]
+    assert found.help
+    return found
