@@ -81,8 +81,17 @@ class NumberingNames:
         return self._block(variable).declaration.description
 
     def declaration(self, variable: int) -> Span | None:
-        """Return where the variable is declared."""
-        return self._block(variable).declaration.span
+        """Return the place to mend: where the model declares the variable's component.
+
+        A variable of the model itself is declared there; one of a component leads to the
+        component's declaration in the model, not into the library.
+        """
+        block = self._block(variable)
+        root = self._numbering.groups[-1].template
+        instance = (variable - block.first) // max(block.declaration.size, 1)
+        path = self._numbering.path(block.group, instance)
+        child = root.children.get(path.split(".")[0].split("[")[0])
+        return block.declaration.span if child is None else child.span
 
     def parameter_declaration(self, parameter: int) -> Span | None:
         """Return where the parameter is declared."""
