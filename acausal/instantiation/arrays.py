@@ -158,7 +158,8 @@ def common_type(values: list[Value], spans: list[Span]) -> str:
             continue
         if {value.type, type_} != {"Real", "Integer"}:
             fail("T101", f"{type_} and {value.type} do not mix", span,
-                 help="use values of one type; Booleans become numbers with if c then 1 else 0")  # fmt: skip
+                 help="use values of one type; "
+                 "Booleans become numbers with if c then 1 else 0")  # fmt: skip
         type_ = "Real"
     return type_
 

@@ -49,7 +49,10 @@ def test_steps_and_backward_loops():
 
 def test_computed_subscripts():
     assert loop("for i in 1:n loop x[mod(i, n) + 1] = i; end for;", 4) == [4, 1, 2, 3]
-    text = "parameter Integer k[3] = {3, 1, 2}; Real x[3]; equation for i in 1:3 loop x[k[i]] = i; end for;"
+    text = (
+        "parameter Integer k[3] = {3, 1, 2}; Real x[3]; "
+        "equation for i in 1:3 loop x[k[i]] = i; end for;"
+    )
     assert array(text, "x", 3) == [2, 3, 1]
 
 
@@ -158,7 +161,9 @@ def test_scalar_expressions(expression, expected):
 
 
 def test_derivatives_of_expressions():
-    found = solve("model M Real x(start = 2); Real y; equation der(x) = 3; y = der(x^2 + time); end M;")
+    found = solve(
+        "model M Real x(start = 2); Real y; equation der(x) = 3; y = der(x^2 + time); end M;"
+    )
     assert found["y"] == pytest.approx(13.0)
 
 
@@ -180,4 +185,5 @@ def test_derivatives_of_expressions():
     ],
 )
 def test_wrong_expressions(expression, code):
-    assert refused(f"model M Real x; Real y = {expression}; equation x = 1; end M;").code.startswith(code)
+    found = refused(f"model M Real x; Real y = {expression}; equation x = 1; end M;")
+    assert found.code.startswith(code)

@@ -35,7 +35,8 @@ def test_a_modifier_is_read_where_it_is_written():
 
 def test_each_gives_all_elements_one_value_and_arrays_give_each_their_own():
     found = parameters(
-        A + "model M A a[3](each p = 5); A b[2](p = {1, 2}); A c[2](p = {10*i for i in 1:2}); end M;"
+        A + "model M A a[3](each p = 5); A b[2](p = {1, 2}); "
+        "A c[2](p = {10*i for i in 1:2}); end M;"
     )
     assert [found[f"a[{k}].p"] for k in (1, 2, 3)] == [5.0] * 3
     assert [found[f"{n}[{k}].p"] for n in "bc" for k in (1, 2)] == [1.0, 2.0, 10.0, 20.0]
@@ -81,7 +82,8 @@ def test_attributes_of_nested_components():
         "end M;"
     )
     names, start = flattened.model.names, flattened.model.variables.start
-    found = {p: start[i] for pattern in ("*.a.x", "d.x", "e.x") for p, i in names.find_variables(pattern)}
+    patterns = ("*.a.x", "d.x", "e.x")
+    found = {p: start[i] for pattern in patterns for p, i in names.find_variables(pattern)}
     assert found == {
         "b.a.x": 3.0, "c.a.x": 2.0, "d[1].x": 5.0, "d[2].x": 6.0, "e[1].x": 8.0, "e[2].x": 8.0,
     }  # fmt: skip
