@@ -81,7 +81,8 @@ class Worker:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
-            env=environment(extra),
+            # As the command line does: idle threads of BLAS would count as processor time.
+            env=environment({"OPENBLAS_NUM_THREADS": "1", **(extra or {})}),
             cwd=ROOT,
         )
 

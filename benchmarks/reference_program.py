@@ -49,8 +49,7 @@ class ReferenceProgram:
         if done.returncode != 0:
             raise FailedError(f"reference program: {done.stderr.strip()}")
         figures = [json.loads(line) for line in done.stdout.splitlines()]
-        best: dict[str, Any] = min(figures, key=lambda f: f["wall"])
-        best["cpu"] = min(f["cpu"] for f in figures)
+        best: dict[str, Any] = min(figures, key=lambda f: f["cpu"])
         return best
 
 

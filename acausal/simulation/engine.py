@@ -75,6 +75,7 @@ class _Run:
     ending: Ending = Ending.COMPLETE
     statistics: list[Statistics] = field(default_factory=list)
     solve_time: float = 0.0
+    solve_cpu_time: float = 0.0
     integrator: Integrator | None = None
     current: _Assembled | None = None
     kept: dict[bytes, _Assembled] = field(default_factory=dict)
@@ -163,13 +164,14 @@ class _Run:
 
     def integrate(self, times: Array, limit: float) -> bool:
         """Go on to ``limit``, storing ``times``; return False if the run is over."""
-        begin = clock.perf_counter()
+        begin, cpu = clock.perf_counter(), clock.process_time()
         try:
             if self.selector.has_alternatives:
                 return self._integrate_watching(times, limit)
             return self._integrate_through(times, limit)
         finally:
             self.solve_time += clock.perf_counter() - begin
+            self.solve_cpu_time += clock.process_time() - cpu
 
     def _integrate_through(self, times: Array, limit: float) -> bool:
         assert self.integrator is not None and self.current is not None
@@ -246,6 +248,7 @@ class _Run:
             parts = [getattr(s, name) for s in self.statistics]
             totals[name] = sum(p for p in parts if p >= 0) if parts else 0
         totals["solve_time"] = self.solve_time
+        totals["solve_cpu_time"] = self.solve_cpu_time
         totals["state_changes"] = self.reselections
         return totals
 
