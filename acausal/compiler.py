@@ -104,7 +104,7 @@ def compile_class(
     with stages.timed("reduce index"):
         chains = stages.chains = chains_of(reduced.derivative, elimination.active)
         signature = incidence_of(reduced.families, reduced.n_rows, chains).signature()
-        offsets = pantelides(signature)
+        offsets = pantelides(signature, chains.highest)
         if isinstance(offsets, Singularity) or len(elimination.redundant_rows):
             if not isinstance(offsets, Singularity):
                 from acausal.structural.pantelides import singularity

@@ -78,11 +78,14 @@ class Singularity:
     parts: Decomposition
 
 
-def pantelides(signature: Signature) -> Offsets | Singularity:
+def pantelides(signature: Signature, least: Ints | None = None) -> Offsets | Singularity:
     """Find the smallest offsets.
 
     Args:
         signature: The signature matrix; it should be square.
+        least: Order up to which each base has to be found at least, shape ``(n_bases,)``: a
+            derivative that is wanted though it stands in no row (the output of an acceleration
+            sensor) is determined by differentiating the rows of its base. 0 if None.
 
     Returns:
         The offsets, or what is singular.
@@ -92,7 +95,7 @@ def pantelides(signature: Signature) -> Offsets | Singularity:
     matching: Matching | None = None
     rounds = 0
     while True:
-        d, tight = _highest(signature, c)
+        d, tight = _highest(signature, c, least)
         rows, bases = signature.rows[tight], signature.bases[tight]
         pointer = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=n_rows))])
         if matching is not None:
@@ -109,10 +112,10 @@ def pantelides(signature: Signature) -> Offsets | Singularity:
         rounds += 1
 
 
-def _highest(signature: Signature, c: Ints) -> tuple[Ints, Mask]:
+def _highest(signature: Signature, c: Ints, least: Ints | None) -> tuple[Ints, Mask]:
     """Return ``d`` for given ``c``, and where it is attained."""
     order = signature.orders + c[signature.rows]
-    d = np.zeros(signature.n_bases, np.int64)
+    d = np.zeros(signature.n_bases, np.int64) if least is None else least.copy()
     np.maximum.at(d, signature.bases, order)
     return d, order == d[signature.bases]
 
