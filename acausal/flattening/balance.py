@@ -37,8 +37,9 @@ def check_class(template: Template) -> None:
     unknowns = sum(v.size for v in template.variables.values() if v.causality != "input")
     rows = sum(e.domain.length for e in template.equations)
     for path in template.bound:
-        if len(path) == 1 and path[0] in template.variables:
-            rows += template.variables[path[0]].size
+        own_variable = template.variables.get(path[0]) if len(path) == 1 else None
+        if own_variable is not None and own_variable.causality != "input":
+            rows += own_variable.size
     inside = 0
     for child in template.children.values():
         if child.template.definition.kind == "record":

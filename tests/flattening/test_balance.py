@@ -1,0 +1,54 @@
+"""The count of equations and unknowns of a class, and what its message says."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.flattening.static import flat, refused
+
+PIN = "connector Pin Real v; flow Real i; end Pin; connector In = input Real; connector Out = output Real;\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "model M Real x; Real y; equation x = 1; y = x; end M;",
+        "model M Real x[3]; equation for i in 1:3 loop x[i] = i; end for; end M;",
+        "model A Pin p, n; equation p.i + n.i = 0; p.v = n.v; end A; model M A a; end M;",
+        "model A In u; Out y; equation y = 2*u; end A; model M A a, b; equation connect(a.y, b.u); a.u = 1; end M;",
+        "model A input Real u; Real y = u; end A; model M A a(u = 3); end M;",
+        "record R Real a; Real b = 2; end R; model A R r(a = 1); end A; model M A x; end M;",
+        "model A Real x = 1; end A; model M A a(x = 2); end M;",
+    ],
+)
+def test_balanced(text):
+    flat(PIN + text)
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "rows", "unknowns"),
+    [
+        ("model M Real x; Real y; equation x = 1; end M;", "B101", 1, 2),
+        ("model M Real x; equation x = 1; x = 2; end M;", "B102", 2, 1),
+        ("model A Pin p, n; equation p.i + n.i = 0; end A; model M A a; end M;", "B101", 1, 2),
+        ("model A Pin p; equation p.i = 0; p.v = 0; end A; model M A a; end M;", "B102", 2, 1),
+        ("model A In u; Out y; equation y = 2*u; u = 1; end A; model M A a; end M;", "B102", 2, 1),
+        ("model M Real x[4]; equation for i in 2:4 loop x[i] = i; end for; end M;", "B101", 3, 4),
+    ],
+)
+def test_unbalanced_classes_are_counted(text, code, rows, unknowns):
+    message = refused(PIN + text)
+    assert message.code == code
+    assert f"{rows} equations for {unknowns} unknowns" in message.message
+    assert message.span is not None
+    assert f"{abs(rows - unknowns)} too" in message.label
+
+
+def test_the_class_is_named_not_the_model():
+    message = refused(PIN + "model Bad Real x; end Bad; model M Bad a; Real y = 1; end M;")
+    assert message.message.startswith("Bad ")
+
+
+def test_equations_that_say_nothing_or_cannot_hold():
+    assert refused("model M Real x; equation x = x; end M;").code == "B103"
+    assert refused("model M Real x; equation 1 = 2; end M;").code == "B104"
