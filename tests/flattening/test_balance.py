@@ -6,7 +6,10 @@ import pytest
 
 from tests.flattening.static import flat, refused
 
-PIN = "connector Pin Real v; flow Real i; end Pin; connector In = input Real; connector Out = output Real;\n"
+PIN = (
+    "connector Pin Real v; flow Real i; end Pin; "
+    "connector In = input Real; connector Out = output Real;\n"
+)
 
 
 @pytest.mark.parametrize(
@@ -15,7 +18,10 @@ PIN = "connector Pin Real v; flow Real i; end Pin; connector In = input Real; co
         "model M Real x; Real y; equation x = 1; y = x; end M;",
         "model M Real x[3]; equation for i in 1:3 loop x[i] = i; end for; end M;",
         "model A Pin p, n; equation p.i + n.i = 0; p.v = n.v; end A; model M A a; end M;",
-        "model A In u; Out y; equation y = 2*u; end A; model M A a, b; equation connect(a.y, b.u); a.u = 1; end M;",
+        (
+            "model A In u; Out y; equation y = 2*u; end A; "
+            "model M A a, b; equation connect(a.y, b.u); a.u = 1; end M;"
+        ),
         "model A input Real u; Real y = u; end A; model M A a(u = 3); end M;",
         "record R Real a; Real b = 2; end R; model A R r(a = 1); end A; model M A x; end M;",
         "model A Real x = 1; end A; model M A a(x = 2); end M;",

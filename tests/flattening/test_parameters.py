@@ -33,7 +33,10 @@ def test_values_that_differ_between_instances():
 
 
 def test_values_from_outside_win_over_everything():
-    text = "model A parameter Real p = 1; parameter Real q = p; end A; model M A a(p = 5); A b[2]; end M;"
+    text = (
+        "model A parameter Real p = 1; parameter Real q = p; end A; "
+        "model M A a(p = 5); A b[2]; end M;"
+    )
     assert parameters(text, given={"a.p": 9})["a.q"] == 9.0
     found = parameters(text, given={"b[*].p": 7, "b[2].q": 3})
     assert (found["b[1].q"], found["b[2].p"], found["b[2].q"]) == (7.0, 7.0, 3.0)
@@ -69,7 +72,10 @@ def test_values_that_cannot_be_computed(body, code):
 
 def test_attributes_follow_parameters():
     variables = flat(
-        "model M parameter Real p = 3; Real x(start = 2*p, nominal = p); equation der(x) = -x; end M;",
+        (
+            "model M parameter Real p = 3; "
+            "Real x(start = 2*p, nominal = p); equation der(x) = -x; end M;"
+        ),
         given={"p": 5},
     ).model.variables
     assert (variables.start[0], variables.nominal[0]) == (10.0, 5.0)

@@ -76,7 +76,10 @@ def run(tmp_path: Path):
         ("import P.A; package P model A Real x = 3; end A; end P; model M A a; end M;", "a.x", 3),
         ("package P model A Real x = 3; end A; end P; model M .P.A a; end M;", "a.x", 3),
         (
-            "package P model A Real x = k; end A; constant Real k = 6; end P; model M P.A a; end M;",
+            (
+                "package P model A Real x = k; end A; constant Real k = 6; "
+                "end P; model M P.A a; end M;"
+            ),
             "a.x",
             6,
         ),

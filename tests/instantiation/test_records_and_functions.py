@@ -124,7 +124,10 @@ def test_loops_break_return_and_while():
     assert call(stop, "f({1, 2, 3, 4})") == 2
     leave = "input Real a; algorithm y := 1; if a > 0 then return; end if; y := 2;"
     assert [call(leave, e) for e in ("f(1)", "f(-1)")] == [1, 2]
-    halve = "input Integer n; protected Integer k; algorithm k := n; y := 0; while k > 1 loop k := div(k, 2); y := y + 1; end while;"
+    halve = (
+        "input Integer n; protected Integer k; algorithm k := n; "
+        "y := 0; while k > 1 loop k := div(k, 2); y := y + 1; end while;"
+    )
     assert call(halve, "f(37)") == 5
 
 
@@ -160,7 +163,8 @@ def test_calls_with_arrays_where_scalars_are_declared():
     text = (
         "function f input Real x; input Real k = 2; output Real y; output Real z; "
         "algorithm y := k*x^2; z := -x; end f; "
-        "model M Real a[3] = f({1, 2, 3}); Real b[2] = f({1, 2}, {5, 6}); Real c[2,2] = f([1, 2; 3, 4]); "
+        "model M Real a[3] = f({1, 2, 3}); "
+        "Real b[2] = f({1, 2}, {5, 6}); Real c[2,2] = f([1, 2; 3, 4]); "
         "Real d[2]; Real e[2]; parameter Integer n = 3; Real g[n]; "
         "equation (d, e) = f({1, 2}); g = f(a, 1); end M;"
     )

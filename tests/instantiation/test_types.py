@@ -29,7 +29,8 @@ def test_types_that_are_arrays():
 
 def test_state_select_literals():
     variables = flat(
-        "model M Real x(stateSelect = StateSelect.always); Real y(stateSelect = StateSelect.never); "
+        "model M Real x(stateSelect = StateSelect.always); "
+        "Real y(stateSelect = StateSelect.never); "
         "equation der(x) = 1; y = x; end M;"
     ).model.variables
     assert variables.state_select.tolist()[:2] == [5, 1]
