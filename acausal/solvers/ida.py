@@ -120,6 +120,8 @@ class IDAIntegrator:
         words[Word.GET_WEIGHTS] = lib.address("IDAGetErrWeights")
         words[Word.INTERPOLATE] = lib.address("IDAGetDky")
         words[Word.SOLVE_LINEAR] = lib.address("SUNLinSolSolve")
+        words[Word.SETUP_LINEAR] = lib.address("SUNLinSolSetup")
+        words[Word.MATRIX_ZERO] = lib.address("SUNMatZero")
         words[Word.NORM] = lib.address("N_VWrmsNorm")
         words[Word.LINEAR_SUM] = lib.address("N_VLinearSum")
         words[Word.PRODUCT] = lib.address("N_VProd")
@@ -202,6 +204,7 @@ class IDAIntegrator:
         if not matrix or not solver:
             raise MemoryError("SUNDIALS cannot allocate its matrix")
         self._check(lib.IDASetLinearSolver(self._memory, solver, matrix))
+        words[Word.JACOBIAN_CALLBACK] = native.addresses()[callback]
         self._check(lib.IDASetJacFn(self._memory, native.addresses()[callback]))
         self._free_matrix()
         self._matrix, self._linear_solver = matrix, solver

@@ -63,6 +63,9 @@ class Word(IntEnum):
     SOLVE_LINEAR = auto()  #: SUNLinSolSolve
     LINEAR_SOLVER = auto()
     MATRIX = auto()
+    SETUP_LINEAR = auto()  #: SUNLinSolSetup
+    MATRIX_ZERO = auto()  #: SUNMatZero
+    JACOBIAN_CALLBACK = auto()  #: IDA's Jacobian callback for the matrix in use
     NORM = auto()  #: N_VWrmsNorm
     LINEAR_SUM = auto()  #: N_VLinearSum
     PRODUCT = auto()  #: N_VProd
@@ -283,7 +286,8 @@ done:
     # Between the steps IDA interpolates. Nothing controls that error in algebraic unknowns that
     # the error test leaves out, so that y = log(x) may be far off where x is nearly linear. A
     # simplified Newton iteration with the matrix that IDA has factorised last puts the point
-    # back on the equations; it moves the states by about the tolerance or less.
+    # back on the equations; it moves the states by about the tolerance or less. If that matrix is
+    # too old to converge, it is renewed at this point; IDA goes on with the newer one.
     consistent = (
         """
 define i32 @consistent(ptr %frame, double %t, ptr %yy, ptr %yyp) {
@@ -307,6 +311,9 @@ entry:
         + load("get_weights", Word.GET_WEIGHTS)
         + load("get_cj", Word.GET_CJ)
         + load("interpolate", Word.INTERPOLATE)
+        + load("setup", Word.SETUP_LINEAR)
+        + load("zero", Word.MATRIX_ZERO)
+        + load("jacobian", Word.JACOBIAN_CALLBACK)
         + f"""  %cj_at = getelementptr i64, ptr %frame, i64 {int(Word.CURRENT_CJ)}
   call i32 %get_cj(ptr %memory, ptr %cj_at)
   call i32 %get_weights(ptr %memory, ptr %ww)
@@ -317,8 +324,9 @@ entry:
   %r = call ptr %data(ptr %rr)
   br label %iterate
 iterate:
-  %k = phi i32 [0, %entry], [%k1, %again]
-  %last = phi double [0x7FF0000000000000, %entry], [%size, %again]
+  %k = phi i32 [0, %entry], [%k1, %again], [0, %renewed]
+  %last = phi double [0x7FF0000000000000, %entry], [%size, %again], [0x7FF0000000000000, %renewed]
+  %renewals = phi i32 [0, %entry], [%renewals, %again], [1, %renewed]
 """
         + count("calls", Word.RESIDUAL_COUNT)
         + f"""  %flag = call i32 %f(double %t, ptr %y, ptr %yp, ptr %r, ptr %table)
@@ -346,6 +354,18 @@ again:
 back:
   call i32 %interpolate(ptr %memory, double %t, i32 0, ptr %yy)
   call i32 %interpolate(ptr %memory, double %t, i32 1, ptr %yyp)
+  %old = icmp eq i32 %renewals, 0
+  br i1 %old, label %renew, label %give_up
+renew:
+  call i32 %zero(ptr %matrix)
+  %evaluated = call i32 %jacobian(double %t, double %cj, ptr %yy, ptr %yyp, ptr %rr, ptr %matrix, ptr %frame, ptr null, ptr null, ptr null)
+  %set = call i32 %setup(ptr %solver, ptr %matrix)
+  %failed = or i32 %evaluated, %set
+  %ready = icmp eq i32 %failed, 0
+  br i1 %ready, label %renewed, label %give_up
+renewed:
+  br label %iterate
+give_up:
   ret i32 1
 done:
   ret i32 0

@@ -63,6 +63,8 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...], str | None]] = {
     "SUNLinSol_KLUSetOrdering": (_N, (_P, _N), "sunlinsolklu"),
     "SUNLinSol_SuperLUMT": (_P, (_P, _P, _N, _P), "sunlinsolsuperlumt"),
     "SUNLinSol_SuperLUMTSetOrdering": (_N, (_P, _N), "sunlinsolsuperlumt"),
+    "SUNLinSolSetup": (_N, (_P, _P), None),
+    "SUNMatZero": (_N, (_P,), None),
     "SUNLinSolSolve": (_N, (_P, _P, _P, _P, _D), None),
     "SUNLinSolFree": (_N, (_P,), None),
     "IDACreate": (_P, (_P,), None),
