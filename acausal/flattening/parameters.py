@@ -83,7 +83,7 @@ def parameter_values(
                 )
             )
     if not claimed.all():
-        _missing(names, np.flatnonzero(~claimed))
+        _missing(numbering, names, np.flatnonzero(~claimed))
     _solve(pending, values, known, builder, names)
     return values
 
@@ -173,7 +173,13 @@ def _solve(
         pending = waiting
 
 
-def _missing(names: NumberingNames, ids: Ids) -> None:
+def _missing(numbering: Numbering, names: NumberingNames, ids: Ids) -> None:
+    for block in numbering.parameters:
+        unfit = numbering.groups[block.group].template.unfit_defaults
+        if block.declaration.name in unfit and (
+            (ids >= block.first) & (ids < block.first + block.count)
+        ).any():
+            raise unfit[block.declaration.name]
     first = [names.parameter(int(i)) for i in ids[:5]]
     more = f" and {len(ids) - 5} more" if len(ids) > 5 else ""
     fail(

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from acausal.diagnostics import Label, Span, fail
+from acausal.diagnostics import AcausalError, Label, Span, fail
 from acausal.expressions import build
 from acausal.expressions.nodes import Expr, slot
 from acausal.instantiation.arrays import shape_text
@@ -46,8 +46,14 @@ def bind_value(builder: TemplateBuilder, element: Element, kind: PrimitiveType) 
     declaration = template.parameters.get(name) or template.variables[name]
     if name in template.variables and (name,) in builder.environment.bound:
         return
-    value = elaborate(change.value, builder.scope(change.owner))
-    _set(builder, [], declaration, "value", value, change, f"{name} = ")
+    try:
+        value = elaborate(change.value, builder.scope(change.owner))
+        _set(builder, [], declaration, "value", value, change, f"{name} = ")
+    except AcausalError as error:
+        if name in template.variables or error.diagnostics[0].code != "T104":
+            raise
+        # A default for another size does no harm where every instance has a value of its own.
+        template.unfit_defaults[name] = error
 
 
 def bind_attributes(builder: TemplateBuilder, element: Element, kind: PrimitiveType) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.diagnostics import Span
+from acausal.diagnostics import AcausalError, Span
 from acausal.expressions.nodes import Expr
 
 if TYPE_CHECKING:
@@ -246,6 +246,8 @@ class Template:
         structural: Constants and structural parameters by name.
         children: Components by name, in declaration order.
         absent: Conditional components that are switched off.
+        unfit_defaults: Parameters whose default has another size than they, with the error to
+            raise if an instance needs it.
         outers: Names of ``outer`` components that instances use.
         outer_values: Names of ``outer`` variables and parameters, with the class that declares
             them ``inner``.
@@ -270,6 +272,7 @@ class Template:
     connects: list[ConnectDecl] = field(default_factory=list)
     asserts: list[AssertDecl] = field(default_factory=list)
     primitive_connector: bool = False
+    unfit_defaults: dict[str, AcausalError] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
