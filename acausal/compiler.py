@@ -279,6 +279,12 @@ def _stages_of_path(path: Path, model: str | None, given: Mapping[str, float]) -
     return _compile_path(path, model, given)[0]
 
 
+class GivenValue(float):
+    """A number in SI units that knows its dimension, if it was given with a unit."""
+
+    dimension: tuple[Any, ...] | None = None
+
+
 def parameter_numbers(parameters: Mapping[str, float | str]) -> dict[str, float]:
     """Return parameter values as SI numbers; texts may carry a unit, or be true or false.
 
@@ -309,7 +315,9 @@ def parameter_numbers(parameters: Mapping[str, float | str]) -> dict[str, float]
         if numbers is None or numbers.shape:
             fail("F110", f"{value} is not a number", expression.span,
                  help=f"write {name}=12.5 or {name}=10[kOhm]")  # fmt: skip
-        result[name] = float(numbers)
+        value_ = GivenValue(float(numbers))
+        value_.dimension = number.unit if isinstance(number.unit, tuple) else None
+        result[name] = value_
     return result
 
 

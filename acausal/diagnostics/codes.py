@@ -113,6 +113,7 @@ CODES: dict[str, str] = {
     "U105": "Quantities of different units are compared.",
     "U106": "A function is given a quantity of another unit than declared.",
     "U107": "Cuts with different units are connected.",
+    "U108": "A parameter is given a value with a unit that does not fit.",
     "C101": "Something other than a cut is connected, or unlike cuts are.",
     "C102": "Arrays of cuts of different sizes are connected.",
     "C103": "A cut inside a connector cannot be connected by itself.",

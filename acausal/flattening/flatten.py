@@ -29,6 +29,8 @@ from acausal.flattening.names import NumberingNames
 from acausal.flattening.parameters import attribute_values, parameter_values
 from acausal.instantiation.numbering import Numbering
 from acausal.instantiation.template import Template
+from acausal.units.dimension import Dimension, format_dimension
+from acausal.units.unit import parse_unit
 
 _X, _Y = slot(0), slot(1)
 
@@ -130,8 +132,21 @@ def _given_ids(names: NumberingNames, given: dict[str, float]) -> dict[int, floa
                  notes=[f"did you mean {' or '.join(close)}?"] if close else [],
                  help="acausal inspect shows the parameters of a model")  # fmt: skip
         for _, parameter in found:
+            _check_unit(names, path, parameter, getattr(value, "dimension", None))
             result[parameter] = value
     return result
+
+
+def _check_unit(
+    names: NumberingNames, path: str, parameter: int, dimension: Dimension | None
+) -> None:
+    """Refuse a value that was given with a unit which does not fit the parameter."""
+    unit = names.parameter_unit(parameter)
+    if dimension is None or not unit or parse_unit(unit).dimension == dimension:
+        return
+    fail("U108", f"{path} is in {unit}, not in {format_dimension(dimension)}",
+         names.parameter_declaration(parameter),
+         help=f"give it a value in {unit}, or a number without a unit")  # fmt: skip
 
 
 def _attributes(

@@ -176,9 +176,10 @@ def _solve(
 def _missing(numbering: Numbering, names: NumberingNames, ids: Ids) -> None:
     for block in numbering.parameters:
         unfit = numbering.groups[block.group].template.unfit_defaults
-        if block.declaration.name in unfit and (
-            (ids >= block.first) & (ids < block.first + block.count)
-        ).any():
+        if (
+            block.declaration.name in unfit
+            and ((ids >= block.first) & (ids < block.first + block.count)).any()
+        ):
             raise unfit[block.declaration.name]
     first = [names.parameter(int(i)) for i in ids[:5]]
     more = f" and {len(ids) - 5} more" if len(ids) > 5 else ""
