@@ -12,8 +12,9 @@ from acausal.flattening.flatten import Flattened
 from acausal.flattening.model import Ids
 from acausal.inspection.equations import EquationForms
 from acausal.inspection.index_names import IndexNames
-from acausal.inspection.lists import SHOWN
+from acausal.inspection.lists import SHOWN, counted
 from acausal.inspection.operands import Names
+from acausal.inspection.written_index import index_text
 from acausal.instantiation.places import Place, path_text
 from acausal.simulation.system import System
 
@@ -75,7 +76,8 @@ def latex_structure(
     algebraic = np.flatnonzero(elimination.active[:declared] & (derivative[:declared] < 0))
     lines = [
         r"\section*{Structure}",
-        rf"Differentiation index {system.index}, {offsets.degrees_of_freedom} degrees of freedom.",
+        f"{index_text(flattened, system).capitalize()}, "
+        f"{counted(offsets.degrees_of_freedom, 'degree')} of freedom.",
         *_symbols("Differential variables", names.variables(differential[differential < declared])),
         *_symbols("Algebraic variables", names.variables(algebraic)),
     ]

@@ -14,6 +14,7 @@ from acausal.inspection.equations import EquationForm, EquationForms
 from acausal.inspection.flatten import place_text
 from acausal.inspection.lists import SHOWN, columns, counted, indented, listed, wrapped
 from acausal.inspection.operands import Names
+from acausal.inspection.written_index import index_text
 from acausal.instantiation.places import Place
 from acausal.simulation.system import System
 
@@ -25,7 +26,7 @@ def show_structure(flattened: Flattened, elimination: Elimination, system: Syste
     names = Names(flattened.numbering, flattened.model.parameters, chains)
     declared = flattened.numbering.n_declared
     lines = [
-        f"differentiation index {system.index}, "
+        f"{index_text(flattened, system)}, "
         f"{counted(offsets.degrees_of_freedom, 'degree')} of freedom, "
         f"{counted(elimination.model.n_rows, 'equation')}"
         + (

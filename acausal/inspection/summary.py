@@ -9,6 +9,7 @@ import numpy as np
 
 from acausal.diagnostics import Diagnostic
 from acausal.inspection.lists import counted
+from acausal.inspection.written_index import written_index
 
 if TYPE_CHECKING:
     from acausal.inspection.inspect import Compilation
@@ -31,7 +32,7 @@ class Summary:
         remaining: Equations left after elimination.
         differentiated: Equations that had to be differentiated.
         states: States.
-        index: Structural differentiation index.
+        index: Structural differentiation index of the equations as they are written.
         warnings: What was noticed and is no error.
     """
 
@@ -103,6 +104,6 @@ def summary(stages: Compilation) -> Summary:
         elimination.model.n_rows,
         int((system.offsets.c > 0).sum()),
         system.offsets.degrees_of_freedom,
-        system.index,
+        written_index(flattened, system),
         flattened.model.warnings,
     )
