@@ -123,7 +123,7 @@ def alias_classes(aliases: AliasRows, derivative: Ids, priority: Signs) -> Alias
     return AliasClasses(representative, signs, result, aliases, redundant)
 
 
-def _participants(aliases: AliasRows, derivative: Ids) -> Ids:
+def _participants(aliases: AliasRows, derivative: Ids) -> Nodes:
     """Return the variables of the alias rows with all their derivatives and antiderivatives."""
     mask = np.zeros(derivative.shape[0], dtype=np.bool_)
     mask[aliases.a] = True
@@ -133,7 +133,7 @@ def _participants(aliases: AliasRows, derivative: Ids) -> Ids:
     while True:
         new = mothers[mask[mothers] != mask[daughters]]
         if new.shape[0] == 0:
-            return np.flatnonzero(mask)
+            return np.flatnonzero(mask).astype(np.int32)
         mask[new] = True
         mask[derivative[new]] = True
 
@@ -222,20 +222,24 @@ def _representatives(graph: _Graph, priority: Signs) -> tuple[Nodes, Signs, Mask
 
     chosen = np.arange(k, dtype=np.int32)
     orientation = np.ones(k, dtype=np.int8)
-    best = np.full(k, -1, dtype=np.int64)
+    found = np.zeros(k, dtype=np.bool_)
 
     def choose(candidates: Ids) -> None:
-        key = (priority[candidates] + np.int64(1)) * k - 1 - candidates
-        np.maximum.at(best, root[candidates], key)
+        """Let the candidate of highest priority stand for its class, of several the first."""
         classes = root[candidates]
-        chosen[classes] = k - 1 - best[classes] % k
+        order = np.lexsort((candidates, -priority[candidates], classes))
+        candidates, classes = candidates[order], classes[order]
+        first = np.ones(order.shape[0], dtype=np.bool_)
+        first[1:] = classes[1:] != classes[:-1]
+        chosen[classes[first]] = candidates[first]
+        found[classes[first]] = True
 
+    # A root without a rival of higher priority stands for itself.
     top = mother[root] < 0
     choose(np.flatnonzero(top & (priority > 0)))
-    # A root without rival stands for itself; its priority is that of everybody in its class.
-    level = sorted_unique(root[mothers[mother[root[mothers]] < 0]])
-    heads = np.flatnonzero(best >= 0)
+    heads = np.flatnonzero(found)
     orientation[heads] = sign[chosen[heads]]
+    level = sorted_unique(root[mothers[mother[root[mothers]] < 0]])
     cut = np.zeros(k, dtype=np.bool_)
 
     daughter = np.full(k, -1, dtype=np.int32)
@@ -251,7 +255,7 @@ def _representatives(graph: _Graph, priority: Signs) -> tuple[Nodes, Signs, Mask
         current[level] = True
         members = below[current[root[below]]]
         choose(members[sign[members] == orientation[root[members]]])
-        bad = level[best[level] < 0]
+        bad = level[~found[level]]
         if bad.shape[0]:
             # The class above holds both a derivative and, with the other sign, a variable
             # that is itself differentiated: v = -der(x) with der(v) in use.

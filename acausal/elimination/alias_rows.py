@@ -8,7 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.elimination.alias_classes import AliasRows
-from acausal.elimination.families import keep_rows, merge_families, sorted_unique, take_members
+from acausal.elimination.families import (
+    Tally,
+    keep_rows,
+    merge_families,
+    sorted_unique,
+    take_members,
+)
 from acausal.elimination.linear_form import LinearForm, linear_form
 from acausal.elimination.signed_components import Nodes
 from acausal.expressions.build import mul
@@ -34,7 +40,7 @@ def bare_coefficient(family: EquationFamily) -> float | None:
     return next(iter(form.coefficients.values()))
 
 
-def alias_rows(families: Sequence[EquationFamily], counts: Ids) -> AliasRows:
+def alias_rows(families: Sequence[EquationFamily], counts: Tally) -> AliasRows:
     """Return all rows that make two variables equal up to sign, or one zero.
 
     Args:
@@ -58,18 +64,21 @@ def alias_rows(families: Sequence[EquationFamily], counts: Ids) -> AliasRows:
         if form is None or not 1 <= len(form.coefficients) <= 2:
             continue
         slots, coefficients = list(form.coefficients), list(form.coefficients.values())
+        if len(slots) == 2 and abs(coefficients[0]) != abs(coefficients[1]):
+            continue
         shared = counts[family.rows]
-        single = np.flatnonzero(shared == 1)
-        a = family.operands[slots[0]]
+        single = shared == 1
+        a, b = family.operands[slots[0]], family.operands[slots[-1]]
+        equal = coefficients[0] == coefficients[-1]
+        if single.all():
+            found(family.rows, a, b, np.full(family.count, -1 if equal else 1, dtype=np.int8))
+            continue
+        some = np.flatnonzero(single)
+        same = np.full(some.shape[0], -1 if equal else 1, dtype=np.int8)
+        found(family.rows[some], a[some], b[some], same)
         if len(slots) == 1:
-            minus = np.full(single.shape[0], -1, dtype=np.int8)
-            found(family.rows[single], a[single], a[single], minus)
             pair = np.flatnonzero(shared == 2)
             bare.append((family.rows[pair], a[pair], coefficients[0]))
-        elif abs(coefficients[0]) == abs(coefficients[1]):
-            sign = -1 if coefficients[0] == coefficients[1] else 1
-            same = np.full(single.shape[0], sign, dtype=np.int8)
-            found(family.rows[single], a[single], family.operands[slots[1]][single], same)
     if bare:
         found(*_pairs(bare))
     nothing = np.zeros(0, dtype=np.int64)
@@ -99,7 +108,7 @@ def _pairs(bare: list[tuple[Ids, Ids, float]]) -> tuple[Ids, Ids, Ids, NDArray[n
 
 
 def combined_contributions(
-    families: Sequence[EquationFamily], counts: Ids, n_variables: int
+    families: Sequence[EquationFamily], counts: Tally, n_variables: int
 ) -> tuple[EquationFamily, ...]:
     """Return families in which no row has two bare contributions of the same variable.
 

@@ -17,7 +17,11 @@ SAME_START = 1e-9
 
 
 def merged_attributes(
-    variables: Variables, representative: Ids, sign: Signs, names: Names, ids: Ids
+    variables: Variables,
+    representative: Ids,
+    sign: Signs,
+    names: Names,
+    ids: Ids | None,
 ) -> Variables:
     """Return attributes in which each representative speaks for its class.
 
@@ -31,13 +35,19 @@ def merged_attributes(
         representative: Who stands for each variable, shape ``(n,)``.
         sign: 1, -1, or 0 for a known zero, shape ``(n,)``.
         names: For messages.
-        ids: Number of each variable in ``names``.
+        ids: Number of each variable in ``names``; its own if None.
 
     Raises:
         AcausalError: I001 if two fixed starts of one class differ, I002 if a variable that is
             always zero is to start elsewhere.
     """
-    members = np.flatnonzero((representative != np.arange(representative.shape[0])) | (sign == 0))
+    telling = variables.start_given | variables.fixed
+    telling |= variables.nominal != 1.0
+    telling |= variables.minimum > -np.inf
+    telling |= variables.maximum < np.inf
+    telling |= variables.state_select != StateSelect.DEFAULT
+    members = np.flatnonzero(telling)
+    members = members[(representative[members] != members) | (sign[members] == 0)]
     if members.shape[0] == 0:
         return variables
     wrong = members[
@@ -83,7 +93,12 @@ def merged_attributes(
 
 
 def _start(
-    variables: Variables, members: Ids, heads: Ids, sign: Signs, names: Names, ids: Ids
+    variables: Variables,
+    members: Ids,
+    heads: Ids,
+    sign: Signs,
+    names: Names,
+    ids: Ids | None,
 ) -> dict[str, NDArray[np.generic]]:
     """Return merged start values, and whether they are given and fixed."""
     start, given = variables.start.copy(), variables.start_given.copy()
@@ -107,10 +122,11 @@ def _start(
 
 
 def _fail_conflict(
-    first: int, second: int, variables: Variables, names: Names, ids: Ids
+    first: int, second: int, variables: Variables, names: Names, ids: Ids | None
 ) -> NoReturn:
     p, q = variables.start[first], variables.start[second]
-    first, second = int(ids[first]), int(ids[second])
+    if ids is not None:
+        first, second = int(ids[first]), int(ids[second])
     a, b = names.variable(first), names.variable(second)
     other = names.declaration(second)
     fail(
@@ -124,12 +140,15 @@ def _fail_conflict(
     )
 
 
-def _fail_zero(variable: int, variables: Variables, names: Names, ids: Ids) -> NoReturn:
-    path, value = names.variable(int(ids[variable])), variables.start[variable]
+def _fail_zero(variable: int, variables: Variables, names: Names, ids: Ids | None) -> NoReturn:
+    value = variables.start[variable]
+    if ids is not None:
+        variable = int(ids[variable])
+    path = names.variable(variable)
     fail(
         "I002",
         f"{path} is always zero by the equations but is to start at {value:g}",
-        names.declaration(int(ids[variable])),
+        names.declaration(variable),
         label=f"{path} starts at {value:g}",
         help=f"remove fixed = true from {path}",
     )

@@ -18,7 +18,9 @@ from acausal.elimination.attributes import merged_attributes
 from acausal.elimination.families import (
     merge_families,
     row_counts,
+    sorted_unique,
     use_counts,
+    used_variables,
     variable_slots,
 )
 from acausal.elimination.locals import choose_definitions, put_in
@@ -132,12 +134,13 @@ def eliminate(
             if explicit_locals:
                 changed, system = _without_locals(system, kept[system.ids], parameters)
                 progress = progress or changed
-        needed = _definitions_of_lost_derivatives(system)
+        assert system.ids is not None
+        needed = system.ids[_definitions_of_lost_derivatives(system)]
         if needed.shape[0] == 0:
             final = expanded(system, whole)
             del system, whole
             return _finish(model, final, rounds)
-        kept[system.ids[needed]] = True
+        kept[needed] = True
 
 
 def _definitions_of_lost_derivatives(system: System) -> Ids:
@@ -184,6 +187,7 @@ def _merged_once(system: System, names: Names) -> System | None:
     if rows.shape[0] == 0:
         return None
     representative, sign = classes.representative, classes.sign
+    before = system.representative
     removed = system.removed.copy()
     removed[rows] = True
     families = rewritten(without_rows(families, removed), representative, sign)
@@ -197,8 +201,8 @@ def _merged_once(system: System, names: Names) -> System | None:
         definitions=tuple(rewritten(group, representative, sign) for group in system.definitions),
         variables=merged_attributes(system.variables, representative, sign, names, system.ids),
         derivative=classes.derivative,
-        representative=representative[system.representative],
-        sign=system.sign * sign[system.representative],
+        representative=representative if before is None else representative[before],
+        sign=sign if before is None else system.sign * sign[before],
         removed=removed,
         redundant=(*system.redundant, rows[classes.redundant].astype(np.int64)),
     )
@@ -284,16 +288,19 @@ def _finish(model: FlatModel, system: System, rounds: int) -> Elimination:
     counts = row_counts(system.families, model.n_rows)
     present = counts > 0
     row_of = np.flatnonzero(present)
-    number = np.cumsum(present) - 1
-    families = tuple(replace(f, rows=number[f.rows]) for f in system.families)
+    number = np.cumsum(present, dtype=np.int32) - np.int32(1)
+    families = tuple(replace(f, rows=number[f.rows].astype(np.int64)) for f in system.families)
     lost = ~present & ~system.removed
-    redundant = np.unique(np.concatenate([np.flatnonzero(lost), *system.redundant]))
+    redundant = sorted_unique(np.concatenate([np.flatnonzero(lost), *system.redundant]))
 
-    own = system.representative == np.arange(n)
-    used = use_counts(families, n) > 0
-    for group in system.others:
-        for family in group:
-            used[family.operands[variable_slots(family)].ravel()] = True
+    representative = system.representative
+    if representative is None:
+        representative = np.arange(n)
+    # Every representative stands for itself.
+    own = np.zeros(n, dtype=np.bool_)
+    own[representative] = True
+    standing = (*families, *(family for group in system.others for family in group))
+    used = used_variables(standing, n)
     active = own & (system.sign != 0) & ~system.defined
     # A derivative that nothing uses any more is no unknown.
     derivative = system.derivative.copy()
@@ -337,7 +344,7 @@ def _finish(model: FlatModel, system: System, rounds: int) -> Elimination:
     return Elimination(
         reduced,
         row_of,
-        system.representative,
+        representative,
         system.sign,
         tuple(family for group in system.definitions for family in group),
         system.divisors,

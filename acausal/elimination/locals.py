@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.elimination.families import (
+    Tally,
     merge_families,
     partition,
     renumbered,
@@ -136,8 +137,8 @@ class _Choice:
 
 def choose_definitions(
     families: Sequence[EquationFamily],
-    counts: Ids,
-    uses: Ids,
+    counts: Tally,
+    uses: Tally,
     blocked: Mask,
     parameters: NDArray[np.float64] | None = None,
 ) -> list[Definitions]:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from acausal.elimination.alias_rows import bare_coefficient, without_rows
 from acausal.elimination.families import (
+    Tally,
     merge_families,
     partition,
     renumbered,
@@ -52,8 +53,8 @@ class Sweep:
 
 def sweep_outputs(
     families: Sequence[EquationFamily],
-    counts: Ids,
-    uses: Ids,
+    counts: Tally,
+    uses: Tally,
     blocked: Mask,
     no_sums: Mask,
     derivatives: Mask,
@@ -113,12 +114,12 @@ def _value(family: EquationFamily, j: int) -> Expr | None:
 
 
 def _keep_derivatives(
-    families: Sequence[EquationFamily], defines: Ids, uses: Ids, derivatives: Mask
+    families: Sequence[EquationFamily], defines: Ids, uses: Tally, derivatives: Mask
 ) -> None:
     """Take back the choice of rows without which a derivative would be in no row."""
     if not derivatives.any():
         return
-    gone = np.zeros(uses.shape[0], dtype=np.int64)
+    gone = np.zeros(uses.shape[0], dtype=np.int32)
     touched: list[tuple[EquationFamily, int, Ids]] = []
     for family in families:
         members = np.flatnonzero(defines[family.rows] >= 0)
@@ -126,14 +127,14 @@ def _keep_derivatives(
             continue
         for j in variable_slots(family):
             of = members[derivatives[family.operands[j, members]]]
-            np.add.at(gone, family.operands[j, of], 1)
+            np.add.at(gone, family.operands[j, of], np.int32(1))
             touched.append((family, j, of))
     for family, j, of in touched:
         x = family.operands[j, of]
         defines[family.rows[of[gone[x] == uses[x]]]] = -1
 
 
-def _values(family: EquationFamily, counts: Ids, defines: Ids) -> list[EquationFamily]:
+def _values(family: EquationFamily, counts: Tally, defines: Ids) -> list[EquationFamily]:
     """Return the definitions that single rows of a family give."""
     rest = np.flatnonzero((defines[family.rows] >= 0) & (counts[family.rows] == 1))
     result: list[EquationFamily] = []
@@ -152,7 +153,7 @@ def _values(family: EquationFamily, counts: Ids, defines: Ids) -> list[EquationF
 
 
 def _terms(
-    family: EquationFamily, counts: Ids, defines: Ids, scale: NDArray[np.float64]
+    family: EquationFamily, counts: Tally, defines: Ids, scale: NDArray[np.float64]
 ) -> list[EquationFamily]:
     """Return the terms that a family contributes to the definitions by sums."""
     mine = (defines[family.rows] >= 0) & (counts[family.rows] > 1)

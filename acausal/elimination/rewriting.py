@@ -72,14 +72,18 @@ def _rewritten(family: EquationFamily, representative: Ids, sign: Signs) -> list
     return result
 
 
+def _told_apart(operands: Ids, kinds: Ids) -> Ids:
+    """Return ids of parameters and variables, which are numbered apart, as different numbers."""
+    ids: Ids = 2 * operands + (kinds == Operand.PARAMETER)[:, None]
+    return ids
+
+
 def split_duplicates(family: EquationFamily) -> list[EquationFamily]:
     """Split off the members in which two slots hold the same id, and specialise them."""
     kinds = np.array([int(kind) for kind in family.kinds], dtype=np.int64)
     m = len(family.kinds)
     if m < 2 or family.count == 0:
         return [family]
-    # Parameters and variables are numbered apart: made odd and even they cannot be confused.
-    ids = 2 * family.operands + (kinds == Operand.PARAMETER)[:, None]
     if m <= 8:
         twice = np.zeros(family.count, dtype=np.bool_)
         for j in range(1, m):
@@ -87,7 +91,7 @@ def split_duplicates(family: EquationFamily) -> list[EquationFamily]:
                 if kinds[i] == kinds[j]:
                     twice |= family.operands[i] == family.operands[j]
     else:
-        ordered = np.sort(ids, axis=0)
+        ordered = np.sort(_told_apart(family.operands, kinds), axis=0)
         twice = (ordered[1:] == ordered[:-1]).any(axis=0)
     if not twice.any():
         return [family]
@@ -96,7 +100,7 @@ def split_duplicates(family: EquationFamily) -> list[EquationFamily]:
     if single.shape[0]:
         result.append(take_members(family, single))
     members = np.flatnonzero(twice)
-    chosen = ids[:, members]
+    chosen = _told_apart(family.operands[:, members], kinds)
     first = np.empty((m, members.shape[0]), dtype=np.int64)
     first[0] = 0
     for j in range(1, m):

@@ -90,10 +90,13 @@ def redundant_edges(
     """
     n = root.shape[0]
     result = np.zeros(a.shape[0], dtype=np.bool_)
-    rank = np.bincount(root, minlength=n)
-    rank[np.flatnonzero((rank > 0) & (node_sign != 0))] -= 1
+    # What the edges lack to the rank of each component, at its root.
+    lack = np.zeros(n, dtype=np.int32)
+    np.add.at(lack, root, np.int32(1))
+    lack -= (lack > 0) & (node_sign != 0)
     of_edge = root[a]
-    excess = np.bincount(of_edge, minlength=n) > rank
+    np.subtract.at(lack, of_edge, np.int32(1))
+    excess = lack < 0
     if not excess.any():
         return result
     suspects = np.flatnonzero(excess[of_edge])

@@ -16,7 +16,7 @@ from acausal.elimination.families import (
     merge_families,
     renumbered,
     row_counts,
-    use_counts,
+    used_variables,
     variable_slots,
 )
 from acausal.elimination.rewriting import split_duplicates
@@ -24,6 +24,7 @@ from acausal.elimination.signed_components import Signs
 from acausal.flattening.model import EquationFamily, FlatModel, Ids, Variables
 
 Group = tuple[EquationFamily, ...]
+Numbers = Ids | NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -37,13 +38,13 @@ class System:
         divisors: What definitions divide by.
         variables: Attributes.
         derivative: Derivative of each representative, or -1.
-        representative: Who stands for each variable.
+        representative: Who stands for each variable; itself if None.
         sign: 1, -1, or 0 for a known zero.
         defined: Variables that have a definition.
         removed: Rows that were used up.
         redundant: Rows that say nothing new.
-        ids: Number of each variable in the model.
-        rows: Number of each row in the model.
+        ids: Number of each variable in the model; its own if None.
+        rows: Number of each row in the model; its own if None.
     """
 
     families: Group
@@ -52,23 +53,23 @@ class System:
     divisors: Group
     variables: Variables
     derivative: Ids
-    representative: Ids
+    representative: Ids | None
     sign: Signs
     defined: NDArray[np.bool_]
     removed: NDArray[np.bool_]
     redundant: tuple[Ids, ...]
-    ids: Ids
-    rows: Ids
+    ids: Ids | None
+    rows: Ids | None
 
     @property
     def n_variables(self) -> int:
         """Number of variables."""
-        return int(self.ids.shape[0])
+        return int(self.sign.shape[0])
 
     @property
     def n_rows(self) -> int:
         """Number of rows."""
-        return int(self.rows.shape[0])
+        return int(self.removed.shape[0])
 
 
 def whole_model(model: FlatModel) -> System:
@@ -88,13 +89,13 @@ def whole_model(model: FlatModel) -> System:
         (),
         model.variables,
         model.derivative,
-        np.arange(n),
+        None,
         np.ones(n, dtype=np.int8),
         np.zeros(n, dtype=np.bool_),
         np.zeros(model.n_rows, dtype=np.bool_),
         (),
-        np.arange(n),
-        np.arange(model.n_rows),
+        None,
+        None,
     )
 
 
@@ -120,14 +121,14 @@ def unsupported_derivatives(derivative: Ids, used: NDArray[np.bool_]) -> NDArray
     return result & ~supported
 
 
-def _mapped(families: Group, variable: Ids, row: Ids | None) -> Group:
+def _mapped(families: Group, variable: Numbers, row: Numbers | None) -> Group:
     """Return families with variables, and rows if they are any, numbered by other numbers."""
     result: list[EquationFamily] = []
     for family in families:
         operands = family.operands.copy()
         for j in variable_slots(family):
             operands[j] = variable[family.operands[j]]
-        rows = family.rows if row is None else row[family.rows]
+        rows = family.rows if row is None else row[family.rows].astype(np.int64)
         result.append(replace(family, operands=operands, rows=rows))
     return tuple(result)
 
@@ -137,10 +138,8 @@ def compacted(system: System) -> System:
 
     Variables without any use stay out; what is derived from a variable stays with it.
     """
-    kept = use_counts(
-        (*system.families, *(f for g in system.others for f in g)), system.n_variables
-    )
-    used = kept > 0
+    standing = (*system.families, *(f for g in system.others for f in g))
+    used = used_variables(standing, system.n_variables)
     mothers = np.flatnonzero(system.derivative >= 0)
     while True:
         new = mothers[used[mothers] != used[system.derivative[mothers]]]
@@ -149,11 +148,11 @@ def compacted(system: System) -> System:
         used[new] = True
         used[system.derivative[new]] = True
     ids = np.flatnonzero(used)
-    number = np.full(system.n_variables, -1, dtype=np.int64)
-    number[ids] = np.arange(ids.shape[0])
+    number = np.full(system.n_variables, -1, dtype=np.int32)
+    number[ids] = np.arange(ids.shape[0], dtype=np.int32)
     present = row_counts(system.families, system.n_rows) > 0
     rows = np.flatnonzero(present)
-    row = np.cumsum(present) - 1
+    row = np.cumsum(present, dtype=np.int32) - np.int32(1)
     derivative = system.derivative[ids]
     derivative[derivative >= 0] = number[derivative[derivative >= 0]]
     v = system.variables
@@ -172,7 +171,7 @@ def compacted(system: System) -> System:
             v.state_select[ids],
         ),
         derivative,
-        np.arange(ids.shape[0]),
+        None,
         np.ones(ids.shape[0], dtype=np.int8),
         np.zeros(ids.shape[0], dtype=np.bool_),
         np.zeros(rows.shape[0], dtype=np.bool_),
@@ -190,9 +189,8 @@ def expanded(small: System, whole: System) -> System:
         whole: The system before it was numbered anew.
     """
     ids, rows = small.ids, small.rows
-    heads, sign = np.arange(whole.n_variables), np.ones(whole.n_variables, dtype=np.int8)
-    heads[ids] = ids[small.representative]
-    sign[ids] = small.sign
+    assert ids is not None
+    assert rows is not None
     removed, defined = whole.removed.copy(), whole.defined.copy()
     removed[rows] = small.removed
     defined[ids] = small.defined
@@ -200,6 +198,7 @@ def expanded(small: System, whole: System) -> System:
     derivative[ids] = -1
     mothers = np.flatnonzero(small.derivative >= 0)
     derivative[ids[mothers]] = ids[small.derivative[mothers]]
+    representative, sign = _composed(small, whole, ids)
 
     def scattered(name: str) -> NDArray[np.generic]:
         before = getattr(whole.variables, name)
@@ -219,11 +218,28 @@ def expanded(small: System, whole: System) -> System:
         _mapped(small.divisors, ids, ids),
         replace(whole.variables, **{name: scattered(name) for name in names}),  # type: ignore[arg-type]
         derivative,
-        heads[whole.representative],
-        whole.sign * sign[whole.representative],
+        representative,
+        sign,
         defined,
         removed,
         (*whole.redundant, *(rows[part] for part in small.redundant)),
         whole.ids,
         whole.rows,
     )
+
+
+def _composed(small: System, whole: System, ids: Ids) -> tuple[Ids, Signs]:
+    """Return representatives and signs after both stages."""
+    before = whole.representative
+    representative = np.arange(whole.n_variables) if before is None else before
+    if small.representative is None:
+        return representative, whole.sign
+    changed = np.flatnonzero((small.representative != np.arange(ids.shape[0])) | (small.sign != 1))
+    moved = np.zeros(whole.n_variables, dtype=np.bool_)
+    moved[ids[changed]] = True
+    members = np.flatnonzero(moved[representative])
+    heads = np.searchsorted(ids, representative[members])
+    representative, sign = representative.copy(), whole.sign.copy()
+    representative[members] = ids[small.representative[heads]]
+    sign[members] *= small.sign[heads]
+    return representative, sign
