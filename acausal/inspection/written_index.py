@@ -1,7 +1,7 @@
 """The differentiation index of the equations as they were written.
 
-Elimination may lower the index of what has to be solved: a variable that an equation gives explicitly
-is no unknown any more. What a textbook calls the index is that of the whole system.
+Elimination may lower the index of what has to be solved: a variable that an equation gives
+explicitly is no unknown any more. What a textbook calls the index is that of the whole system.
 """
 
 from __future__ import annotations
