@@ -137,7 +137,7 @@ def eliminate(
         assert system.ids is not None
         needed = system.ids[_definitions_of_lost_derivatives(system)]
         if needed.shape[0] == 0:
-            final = expanded(system, whole)
+            final = expanded(system, whole, model)
             del system, whole
             return _finish(model, final, rounds)
         kept[needed] = True

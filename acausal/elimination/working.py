@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,14 +122,18 @@ def unsupported_derivatives(derivative: Ids, used: NDArray[np.bool_]) -> NDArray
     return result & ~supported
 
 
-def _mapped(families: Group, variable: Numbers, row: Numbers | None) -> Group:
+def _mapped(
+    families: Group, variable: Numbers, row: Numbers | None, kind: type[np.signedinteger[Any]]
+) -> Group:
     """Return families with variables, and rows if they are any, numbered by other numbers."""
     result: list[EquationFamily] = []
     for family in families:
-        operands = family.operands.copy()
-        for j in variable_slots(family):
-            operands[j] = variable[family.operands[j]]
-        rows = family.rows if row is None else row[family.rows].astype(np.int64)
+        operands = np.empty(family.operands.shape, dtype=kind)
+        variables = set(variable_slots(family))
+        for j in range(operands.shape[0]):
+            old = family.operands[j]
+            operands[j] = variable[old] if j in variables else old
+        rows = family.rows if row is None else row[family.rows].astype(kind, copy=False)
         result.append(replace(family, operands=operands, rows=rows))
     return tuple(result)
 
@@ -136,7 +141,8 @@ def _mapped(families: Group, variable: Numbers, row: Numbers | None) -> Group:
 def compacted(system: System) -> System:
     """Return the system of the variables and rows that are left, numbered anew.
 
-    Variables without any use stay out; what is derived from a variable stays with it.
+    Variables without any use stay out; what is derived from a variable stays with it. The new
+    numbers have 32 bits: the rounds move much memory and compute little.
     """
     standing = (*system.families, *(f for g in system.others for f in g))
     used = used_variables(standing, system.n_variables)
@@ -157,8 +163,8 @@ def compacted(system: System) -> System:
     derivative[derivative >= 0] = number[derivative[derivative >= 0]]
     v = system.variables
     return System(
-        _mapped(system.families, number, row),
-        tuple(_mapped(group, number, None) for group in system.others),
+        _mapped(system.families, number, row, np.int32),
+        tuple(_mapped(group, number, None, np.int32) for group in system.others),
         (),
         (),
         Variables(
@@ -181,41 +187,44 @@ def compacted(system: System) -> System:
     )
 
 
-def expanded(small: System, whole: System) -> System:
+def expanded(small: System, whole: System, model: FlatModel) -> System:
     """Return a system in the numbers of the model.
 
     Args:
         small: What became of ``compacted(whole)``.
-        whole: The system before it was numbered anew.
+        whole: The system before it was numbered anew. Its arrays are used up.
+        model: The model, whose arrays stay as they are.
     """
     ids, rows = small.ids, small.rows
     assert ids is not None
     assert rows is not None
-    removed, defined = whole.removed.copy(), whole.defined.copy()
+    removed, defined = whole.removed, whole.defined
     removed[rows] = small.removed
     defined[ids] = small.defined
-    derivative = whole.derivative.copy()
+    derivative = whole.derivative
+    if derivative is model.derivative:
+        derivative = derivative.copy()
     derivative[ids] = -1
     mothers = np.flatnonzero(small.derivative >= 0)
     derivative[ids[mothers]] = ids[small.derivative[mothers]]
     representative, sign = _composed(small, whole, ids)
 
     def scattered(name: str) -> NDArray[np.generic]:
-        before = getattr(whole.variables, name)
+        result: NDArray[np.generic] = getattr(whole.variables, name)
         after = getattr(small.variables, name)
-        if np.array_equal(before[ids], after, equal_nan=False):
-            unchanged: NDArray[np.generic] = before
-            return unchanged
-        result: NDArray[np.generic] = before.copy()
-        result[ids] = after
+        changed = np.flatnonzero(result[ids] != after)
+        if changed.shape[0]:
+            if result is getattr(model.variables, name):
+                result = result.copy()
+            result[ids[changed]] = after[changed]
         return result
 
     names = ("start", "start_given", "fixed", "nominal", "minimum", "maximum", "state_select")
     return System(
-        _mapped(small.families, ids, rows),
-        tuple(_mapped(group, ids, None) for group in small.others),
-        tuple(_mapped(group, ids, ids) for group in small.definitions),
-        _mapped(small.divisors, ids, ids),
+        _mapped(small.families, ids, rows, np.int64),
+        tuple(_mapped(group, ids, None, np.int64) for group in small.others),
+        tuple(_mapped(group, ids, ids, np.int64) for group in small.definitions),
+        _mapped(small.divisors, ids, ids, np.int64),
         replace(whole.variables, **{name: scattered(name) for name in names}),  # type: ignore[arg-type]
         derivative,
         representative,
@@ -239,7 +248,7 @@ def _composed(small: System, whole: System, ids: Ids) -> tuple[Ids, Signs]:
     moved[ids[changed]] = True
     members = np.flatnonzero(moved[representative])
     heads = np.searchsorted(ids, representative[members])
-    representative, sign = representative.copy(), whole.sign.copy()
+    sign = whole.sign
     representative[members] = ids[small.representative[heads]]
     sign[members] *= small.sign[heads]
     return representative, sign
