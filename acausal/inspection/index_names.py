@@ -69,7 +69,7 @@ class IndexNames:
 
     def covered(self) -> bool:
         """Tell whether all combinations of the index values occur."""
-        return prod(len(np.unique(v)) for _, v in self._known) == self.length
+        return prod(len(_distinct(v)) for _, v in self._known) == self.length
 
     def text_of_ranges(self) -> str:
         """Return ``for k in 1:10, j in 1:3``, empty without indices."""
@@ -89,8 +89,13 @@ def _letter(number: int) -> str:
     return next(f"k{n}" for n in count(number - len(_LETTERS) + 1))
 
 
+def _distinct(values: Ids) -> Ids:
+    """Return the values in ascending order, each once; most columns are that already."""
+    return values if (values[1:] > values[:-1]).all() else np.unique(values)
+
+
 def _range(values: Ids) -> tuple[str, str]:
-    distinct = np.unique(values)
+    distinct = _distinct(values)
     low, high = int(distinct[0]), int(distinct[-1])
     if len(distinct) <= 3:
         listed = ", ".join(str(v) for v in distinct.tolist())
