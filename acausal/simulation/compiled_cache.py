@@ -110,6 +110,9 @@ def remember(
     """Store a compiled model; do nothing if that is not possible."""
     if cache_directory.cache_directory() is None:
         return
+    # A model takes some ten times as much as these numbers: do not make what is thrown away.
+    if 10 * entry[0].representative.nbytes > _LARGEST:
+        return
     try:
         data = pickle.dumps((_state_of(sources), entry), protocol=5)
     except (OSError, RecursionError):
