@@ -171,14 +171,16 @@ def _extremum(e: tree.Call, env: Environment) -> Value:
 
 def _size(e: tree.Call, env: Environment) -> Value:
     arguments = _arguments(e, 1, 2)
-    value = elaborate(arguments[0], env)
+    what = arguments[0]
+    known = env.component_shape(what) if isinstance(what, tree.Reference) else None
+    shape = elaborate(what, env).shape if known is None else known
     if len(arguments) == 1:
-        return table(np.array(value.shape, np.float64), "Integer", LITERAL)
+        return table(np.array(shape, np.float64), "Integer", LITERAL)
     k = int(constant_number(arguments[1], env, "the dimension"))
-    if not 1 <= k <= len(value.shape):
-        fail("T113", f"dimension {k} of {shape_text(value.shape)}", e.span,
-             help=f"it has {len(value.shape)} dimensions")  # fmt: skip
-    return number(float(value.shape[k - 1]), "Integer")
+    if not 1 <= k <= len(shape):
+        fail("T113", f"dimension {k} of {shape_text(shape)}", e.span,
+             help=f"it has {len(shape)} dimensions")  # fmt: skip
+    return number(float(shape[k - 1]), "Integer")
 
 
 def _ndims(e: tree.Call, env: Environment) -> Value:

@@ -9,6 +9,7 @@ from acausal.diagnostics.suggest import nearest
 from acausal.instantiation.builtins import builtin_names, find_builtin
 from acausal.instantiation.expressions import Environment, elaborate
 from acausal.instantiation.merge import merge, primitive_type
+from acausal.instantiation.references import component_shape
 from acausal.instantiation.subscripts import subscripted
 from acausal.instantiation.values import LITERAL, Value, number, scalar
 from acausal.instantiation.vectorised_calls import call_function
@@ -65,6 +66,15 @@ class ClassEnvironment:
             if self.builder is not None and first.name in self.builder.merged.elements:
                 return self.builder.reference(reference, self)
         return self.constant(reference)
+
+    def component_shape(self, reference: tree.Reference) -> tuple[int, ...] | None:
+        """Return the array dimensions of a component; None if the name means a value."""
+        first = reference.parts[0].name
+        if self.builder is None or reference.absolute or first in self.locals:
+            return None
+        if first not in self.builder.merged.elements:
+            return None
+        return component_shape(self.builder, reference, self)
 
     def constant(self, reference: tree.Reference) -> Value:
         """Return a constant found by class lookup.

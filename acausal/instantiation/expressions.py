@@ -56,6 +56,9 @@ class Environment(Protocol):
     def call(self, call: tree.Call) -> Value:
         """Return the value of a function call."""
 
+    def component_shape(self, reference: tree.Reference) -> tuple[int, ...] | None:
+        """Return the array dimensions of a component that is no value; None for anything else."""
+
     def with_locals(self, values: dict[str, Value]) -> Environment:
         """Return the environment with names that hide others (loop and reduction indices)."""
 
@@ -398,6 +401,10 @@ class EndEnvironment:
     def call(self, call: tree.Call) -> Value:
         """Return the value of a function call."""
         return self._env.call(call)
+
+    def component_shape(self, reference: tree.Reference) -> tuple[int, ...] | None:
+        """Return the array dimensions of a component."""
+        return self._env.component_shape(reference)
 
     def with_locals(self, values: dict[str, Value]) -> Environment:
         """Return the environment with names that hide others."""

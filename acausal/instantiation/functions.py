@@ -104,6 +104,10 @@ class FunctionEnvironment:
         """Return the value of a call."""
         return self.outside.call_in(call, self)
 
+    def component_shape(self, reference: tree.Reference) -> tuple[int, ...] | None:
+        """Return None: a function has values only."""
+        return None
+
     def with_locals(self, values: dict[str, Value]) -> FunctionEnvironment:
         """Return the environment with loop indices that hide other names."""
         return FunctionEnvironment(

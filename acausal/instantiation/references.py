@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from acausal.diagnostics import fail
 from acausal.diagnostics.suggest import nearest
 from acausal.expressions.nodes import Expr, slot
-from acausal.instantiation.environment import ClassEnvironment
 from acausal.instantiation.subscripts import axis
 from acausal.instantiation.template import Ref, Step, Template, VariableDecl
 from acausal.instantiation.values import Index, UnitOf, Value, number
@@ -15,6 +14,7 @@ from acausal.syntax import tree
 from acausal.units.unit import parse_unit
 
 if TYPE_CHECKING:
+    from acausal.instantiation.environment import ClassEnvironment
     from acausal.instantiation.elaborate import TemplateBuilder
 
 
@@ -71,6 +71,24 @@ def follow(builder: TemplateBuilder, reference: tree.Reference, env: ClassEnviro
     if template.definition.kind in ("record", "connector") or outer or steps:
         return _record(builder, template, steps, outer, reference)
     raise AssertionError(reference)
+
+
+def component_shape(
+    builder: TemplateBuilder, reference: tree.Reference, env: ClassEnvironment
+) -> tuple[int, ...] | None:
+    """Return the array dimensions of a component with equations of its own; None for a value."""
+    builder.declare(reference.parts[0].name)
+    template = builder.template
+    shape: tuple[int, ...] = ()
+    for part in reference.parts:
+        child = template.children.get(part.name)
+        if child is None:
+            return None
+        shape += tuple(a.size for a in _axes(part, child.shape, env) if a.shape)
+        template = child.template
+    if template.primitive_connector or template.definition.kind == "record":
+        return None
+    return shape
 
 
 def _outer_value(

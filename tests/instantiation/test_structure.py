@@ -151,3 +151,24 @@ def test_a_long_array_is_one_template():
     flattened = flat(SIZED + "model M parameter Integer n = 5000; A a[n](each n = 2); end M;")
     assert len(flattened.model.families) == 1
     assert flattened.model.n_rows == 10_000
+
+
+def test_sizes_of_arrays_of_components():
+    found = solve(
+        "model A Real y = 5; end A; model B A a[2,3]; end B; "
+        "model M A a[4]; B b[5]; Real n = size(a, 1); "
+        "Real m = size(b.a, 3); Real k = size(b[2].a, 1); "
+        "Real s = sum(a[i].y for i in 1:size(a, 1)); Real last = a[end].y; end M;"
+    )
+    assert [found[n] for n in ("n", "m", "k", "s", "last")] == pytest.approx([4, 3, 2, 20, 5])
+
+
+def test_members_of_nested_arrays_of_components():
+    found = solve(
+        "model A Real x[3] = {1, 2, 3}; Real y = 5; end A; model B A a[2](y = {7, 8}); end B; "
+        "model M B b[3]; Real s = sum(b.a.y); Real t = b[2].a[1].x[3]; Real u[3,2] = b.a.y; "
+        "Real v[2] = b[1].a.x[2]; Real w[3,2,3] = b.a.x; Real z[2] = b[2:3].a[2].y; end M;"
+    )
+    assert [found[n] for n in ("s", "t", "u[3,2]", "v[2]", "w[3,2,1]", "z[1]")] == pytest.approx(
+        [45, 3, 8, 2, 1, 8]
+    )
