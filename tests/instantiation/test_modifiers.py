@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from tests.flattening.static import flat, parameters, refused, solve
 
@@ -144,3 +146,38 @@ def test_wrong_modifiers(modifier, code):
 
 def test_partial_classes_cannot_be_components():
     assert refused("partial model A Real x = 1; end A; model M A a; end M;").code == "N111"
+
+
+LEVEL = st.tuples(
+    st.sampled_from(["extends", "component", "array"]), st.none() | st.integers(0, 99)
+)
+
+
+@given(st.lists(LEVEL, min_size=1, max_size=6))
+@settings(max_examples=60, deadline=None)
+def test_the_outermost_of_any_levels_wins(levels):
+    """Each class extends or contains the one before, and may modify ``p`` at its far end."""
+    text = "model L0 parameter Real p = -1; end L0;\n"
+    path: list[str] = []  # names from the class to p, without subscripts
+    expected = -1.0
+    full = "p"
+    for k, (kind, value) in enumerate(levels, 1):
+        modifier = f"p = {value}"
+        for name in reversed(path):
+            modifier = f"{name}({'each ' if name.startswith('a') else ''}{modifier})"
+        if kind == "array" and value is not None:
+            modifier = f"each {modifier}"
+        own = "" if value is None else f"({modifier})"
+        if kind == "extends":
+            text += f"model L{k} extends L{k - 1}{own}; end L{k};\n"
+        elif kind == "component":
+            text += f"model L{k} L{k - 1} c{k}{own}; end L{k};\n"
+            path.insert(0, f"c{k}")
+            full = f"c{k}.{full}"
+        else:
+            text += f"model L{k} L{k - 1} a{k}[2]{own}; end L{k};\n"
+            path.insert(0, f"a{k}")
+            full = f"a{k}[2].{full}"
+        if value is not None:
+            expected = float(value)
+    assert parameters(text)[full] == expected
