@@ -139,6 +139,7 @@ CODES: dict[str, str] = {
     "E001": "An event construction is not supported in this version.",
     "E002": "Discrete variables are not supported in this version.",
     "E003": "Algorithm sections in models are not supported in this version.",
+    "E004": "A parameter that is found at the start of the simulation is not supported.",
     "R010": "Times, tolerance or output points that are not possible.",
     "R020": "An assertion of the model does not hold.",
     "R021": "An assertion of the model that only warns does not hold (warning).",

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from acausal.diagnostics import Diagnostic, Severity, Span, fail
 from acausal.expressions.evaluate import evaluate
-from acausal.expressions.nodes import Expr
+from acausal.expressions.nodes import ZERO, Expr
 from acausal.flattening.families import FamilyBuilder
 from acausal.flattening.model import Ids, Operand
 from acausal.flattening.names import NumberingNames
@@ -64,6 +64,10 @@ def parameter_values(
     for template, binding in _outermost_first(numbering):
         if not binding.target.parameter:
             continue
+        if binding.attribute == "fixed" and binding.value is ZERO:
+            fail("E004", f"{binding.target.name} is a parameter with fixed = false", binding.span,
+                 label="it would have to be found at the start of the simulation",
+                 help="compute it from other parameters, or use a variable with der(x) = 0")  # fmt: skip
         if binding.attribute == "start":
             starts.append((template, binding))
         if binding.attribute == "value":

@@ -58,3 +58,44 @@ def test_the_class_is_named_not_the_model():
 def test_equations_that_say_nothing_or_cannot_hold():
     assert refused("model M Real x; equation x = x; end M;").code == "B103"
     assert refused("model M Real x; equation 1 = 2; end M;").code == "B104"
+
+
+GAIN = PIN + (
+    "model Gain In u; Out y; equation y = 2*u; end Gain; "
+    "model Source Out y; equation y = 3; end Source; "
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "path"),
+    [
+        ("model M In u; Real x = u; end M;", "u"),
+        ("model M input Real u; Real x = u; end M;", "u"),
+        ("model M Gain g; end M;", "g.u"),
+        ("model M Gain g[3]; Source s; equation connect(s.y, g[1].u); end M;", "g[2].u"),
+        ("model B Gain g; end B; model M B b; end M;", "b.g.u"),
+    ],
+)
+def test_open_inputs_are_named_in_the_model_of_the_user(text, path):
+    message = refused(GAIN + text)
+    assert message.code == "B101"
+    assert f"the input {path} " in message.message
+    assert message.span is not None and message.label
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "model M Gain g(u = 3); end M;",
+        "model M Gain g; equation g.u = time; end M;",
+        "model B Gain g; In u; equation connect(u, g.u); end B; "
+        "model M B b; Source s; equation connect(s.y, b.u); end M;",
+    ],
+)
+def test_inputs_may_be_given_in_any_way(text):
+    flat(GAIN + text)
+
+
+def test_missing_equations_are_not_blamed_on_inputs_that_have_a_value():
+    # The rest of the compiler says what is missing; flattening only looks for open inputs.
+    flat(GAIN + "model M Gain g; Source s; Real x; equation connect(s.y, g.u); end M;")

@@ -64,6 +64,7 @@ def test_the_start_value_stands_in_with_a_warning():
         ("parameter Real a;", "N112"),
         ("parameter Real a = x; Real x = 1;", "T134"),
         ("parameter Real a = 0; parameter Real b = a/a;", "I010"),
+        ("parameter Real a(fixed = false, start = 1);", "E004"),
     ],
 )
 def test_values_that_cannot_be_computed(body, code):
