@@ -84,6 +84,7 @@ def compile_class(
     from acausal.diagnosis.singular import explain_singularity
     from acausal.elimination.eliminate import eliminate
     from acausal.flattening.flatten import flatten
+    from acausal.flattening.open_inputs import refuse_open_inputs
     from acausal.instantiation.instantiate import instantiate
     from acausal.simulation.build import build_system
     from acausal.structural.differentiate import differentiate
@@ -96,6 +97,7 @@ def compile_class(
         stages.templates, given = instantiate(definition, dict(parameters or {}))
     with stages.timed("flatten"):
         flattened = stages.flattened = flatten(stages.templates, given)
+        refuse_open_inputs(flattened)
         refuse_floating(flattened)
         flattened.forget_junctions()
     with stages.timed("eliminate"):

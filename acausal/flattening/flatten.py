@@ -26,7 +26,6 @@ from acausal.flattening.model import (
     Variables,
 )
 from acausal.flattening.names import NumberingNames
-from acausal.flattening.open_inputs import refuse_open_inputs
 from acausal.flattening.parameters import attribute_values, parameter_values
 from acausal.instantiation.numbering import Numbering
 from acausal.instantiation.template import Template
@@ -120,7 +119,6 @@ def flatten(templates: list[Template], given: dict[str, float] | None = None) ->
         experiment_of(root.definition),
         tuple(warnings),
     )
-    refuse_open_inputs(numbering, junctions, model.families, n_rows)
     return Flattened(model, numbering, junctions, dict(given or {}))
 
 

@@ -7,39 +7,33 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.connections.junctions import Junctions
 from acausal.diagnostics import fail
+from acausal.flattening.flatten import Flattened
 from acausal.flattening.model import EquationFamily, Ids, Operand, RowKind
 from acausal.instantiation.numbering import Numbering
 from acausal.instantiation.places import variable_places
 
 
-def refuse_open_inputs(
-    numbering: Numbering, junctions: Junctions, families: Sequence[EquationFamily], n_rows: int
-) -> None:
+def refuse_open_inputs(flattened: Flattened) -> None:
     """Refuse a model that has too few equations because inputs are left open.
 
     An input is open if its cut is connected to nothing and no equation outside of the class that
     declares it refers to it.
 
-    Args:
-        numbering: The numbering.
-        junctions: The junctions.
-        families: All equation families.
-        n_rows: Number of rows.
-
     Raises:
         AcausalError: ``B101``, at the component the input belongs to.
     """
-    if n_rows >= numbering.n_declared:
+    numbering, model = flattened.numbering, flattened.model
+    if model.n_rows >= numbering.n_declared:
         return
+    junctions = flattened.junctions
     owner = _owners(numbering)
     faces = np.bincount(junctions.junction, minlength=1)
     for interface in junctions.interfaces:
         for ids in interface.ids:
             cuts = np.flatnonzero(ids[:, 0] >= 0) if ids.size else np.zeros(0, np.int64)
             owner[ids[cuts[faces[junctions.junction[2 * cuts]] > 1]].reshape(-1)] = -1
-    owner[_used_outside(families, owner)] = -1
+    owner[_used_outside(model.families, owner)] = -1
     found = np.flatnonzero(owner >= 0)
     if not len(found):
         return
@@ -53,7 +47,7 @@ def refuse_open_inputs(
         f"nothing gives the input {path} a value",
         declared.span,
         label="an input of this component is open" if "." in path else "this input is open",
-        notes=[f"{n_rows} equations for {numbering.n_declared} unknowns{others}"],
+        notes=[f"{model.n_rows} equations for {numbering.n_declared} unknowns{others}"],
         help="connect a source to it, or give it a value where the component is declared",
     )
 

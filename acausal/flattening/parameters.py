@@ -67,7 +67,7 @@ def parameter_values(
         if binding.attribute == "fixed" and binding.value is ZERO:
             fail("E004", f"{binding.target.name} is a parameter with fixed = false", binding.span,
                  label="it would have to be found at the start of the simulation",
-                 help="compute it from other parameters, or use a variable with der(x) = 0")  # fmt: skip
+                 help="compute it from other parameters")  # fmt: skip
         if binding.attribute == "start":
             starts.append((template, binding))
         if binding.attribute == "value":
