@@ -344,10 +344,18 @@ def inspect_file(
 ) -> str:
     """Return what a stage, or each stage, has made of a model, as text.
 
-    Raises:
-        AcausalError: For any mistake in the model, after what could be shown.
-    """
-    from acausal.inspection.inspect import inspect
+    A single stage can be shown if a later one fails: the junctions of a model without a ground.
 
-    stages, _ = _compile_path(Path(path), model, parameter_numbers(parameters or {}))
+    Raises:
+        AcausalError: For any mistake in the model that keeps it from coming to the stage.
+    """
+    from acausal.diagnostics import AcausalError
+    from acausal.inspection.inspect import inspect, reached
+
+    stages = Stages()
+    try:
+        _compile_path(Path(path), model, parameter_numbers(parameters or {}), stages)
+    except AcausalError:
+        if not reached(stages, stage):
+            raise
     return inspect(stages, stage, latex)

@@ -76,25 +76,36 @@ def inspect(stages: Compilation, stage: str = "all", latex: bool = False) -> str
     return "\n\n".join(parts) + "\n"
 
 
+def reached(stages: Compilation, stage: str) -> bool:
+    """Tell whether a compilation came to a stage; ``all`` needs the last one."""
+    if stage == "parse":
+        return stages.definition is not None
+    if stage in ("instantiate", "connect", "flatten"):
+        return stages.flattened is not None
+    if stage == "eliminate":
+        return stages.flattened is not None and stages.elimination is not None
+    return stages.system is not None
+
+
 def _text(stages: Compilation, stage: str) -> list[str]:
     definition, flattened = stages.definition, stages.flattened
     elimination, system = stages.elimination, stages.system
+    if not reached(stages, stage):
+        return [f"the compilation did not come to stage {stage}"]
     if stage == "parse":
-        return show_parse(definition) if definition is not None else _missing(stage)
-    if flattened is None:
-        return _missing(stage)
+        assert definition is not None
+        return show_parse(definition)
+    assert flattened is not None
     if stage == "instantiate":
         return show_instantiate(flattened)
     if stage == "connect":
         return show_connect(flattened)
     if stage == "flatten":
         return show_flatten(flattened)
-    if elimination is None:
-        return _missing(stage)
+    assert elimination is not None
     if stage == "eliminate":
         return show_eliminate(flattened, elimination)
-    if system is None:
-        return _missing(stage)
+    assert system is not None
     if stage == "structure":
         return show_structure(flattened, elimination, system)
     return show_blocks(flattened, elimination, system)
@@ -118,7 +129,3 @@ def _states(system: System) -> Ids | None:
         )
     except AcausalError:
         return None
-
-
-def _missing(stage: str) -> list[str]:
-    return [f"the compilation did not come to stage {stage}"]

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from acausal.compiler import Stages, check_file, compile_class, inspect_file
+from acausal.diagnostics import AcausalError
 from acausal.inspection.inspect import STAGES, inspect
 from acausal.inspection.summary import summary
 from acausal.modeling.load import choose_model, load_file
@@ -239,3 +240,17 @@ def test_files_are_inspected_by_the_compiler():
     path = EXAMPLES / "rlc.acm"
     assert inspect_file(path, stage="parse").startswith("parse: RLC\n==========\nmodel RLC")
     assert "R = 7[Ohm]" in inspect_file(path, stage="instantiate", parameters={"r.R": 7})
+
+
+def test_a_stage_can_be_shown_though_a_later_one_fails(tmp_path):
+    path = tmp_path / "m.acm"
+    path.write_text(
+        "import electrical.*; model M ConstantVoltage v; Resistor r; "
+        "equation connect(v.p, r.p); connect(v.n, r.n); end M;"
+    )
+    text = inspect_file(path, stage="connect")
+    assert "v.p, r.p" in text or "r.p, v.p" in text
+    for stage in ("structure", "all"):
+        with pytest.raises(AcausalError) as caught:
+            inspect_file(path, stage=stage)
+        assert caught.value.diagnostics[0].code == "S103"
