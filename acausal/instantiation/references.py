@@ -14,8 +14,8 @@ from acausal.syntax import tree
 from acausal.units.unit import parse_unit
 
 if TYPE_CHECKING:
-    from acausal.instantiation.environment import ClassEnvironment
     from acausal.instantiation.elaborate import TemplateBuilder
+    from acausal.instantiation.environment import ClassEnvironment
 
 
 def unit_of(declaration: VariableDecl) -> UnitOf:
