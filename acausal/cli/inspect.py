@@ -6,7 +6,13 @@ from pathlib import Path
 
 import click
 
-from acausal.cli.options import file_argument, json_errors, model_argument
+from acausal.cli.options import (
+    file_argument,
+    json_errors,
+    model_argument,
+    parameter_option,
+    read_parameters,
+)
 
 STAGES = (
     "parse",
@@ -38,9 +44,12 @@ Examples:
     show_default=True,
     help="The stage to show.",
 )
+@parameter_option
 @click.option("--latex", is_flag=True, help="Print the equations as LaTeX.")
 @json_errors
-def command(file: Path, model: str | None, stage: str, latex: bool) -> None:
+def command(
+    file: Path, model: str | None, stage: str, parameters: tuple[str, ...], latex: bool
+) -> None:
     """Show what each stage of the compiler made of MODEL in FILE.
 
     Families, junctions, states, what was differentiated and why, the index, and the blocks in which
@@ -48,4 +57,8 @@ def command(file: Path, model: str | None, stage: str, latex: bool) -> None:
     """
     from acausal import compiler
 
-    click.echo(compiler.inspect_file(file, model, stage=stage, latex=latex).rstrip("\n"))
+    click.echo(
+        compiler.inspect_file(
+            file, model, stage=stage, latex=latex, parameters=read_parameters(parameters)
+        ).rstrip("\n")
+    )

@@ -358,7 +358,8 @@ back:
   br i1 %old, label %renew, label %give_up
 renew:
   call i32 %zero(ptr %matrix)
-  %evaluated = call i32 %jacobian(double %t, double %cj, ptr %yy, ptr %yyp, ptr %rr, ptr %matrix, ptr %frame, ptr null, ptr null, ptr null)
+  %evaluated = call i32 %jacobian(double %t, double %cj, ptr %yy, ptr %yyp, ptr %rr, ptr %matrix,
+       ptr %frame, ptr null, ptr null, ptr null)
   %set = call i32 %setup(ptr %solver, ptr %matrix)
   %failed = or i32 %evaluated, %set
   %ready = icmp eq i32 %failed, 0

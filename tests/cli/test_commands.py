@@ -70,7 +70,7 @@ class Compiler(types.ModuleType):
             raise self.error
         return f"{path}: 5 equations, 5 unknowns"
 
-    def inspect_file(self, path, model=None, stage="all", latex=False) -> str:
+    def inspect_file(self, path, model=None, stage="all", latex=False, parameters=None) -> str:
         return f"{path} {model} {stage} {latex}"
 
 
