@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from acausal.expressions.build import number_of
 from acausal.expressions.nodes import Expr, const, slot
 from acausal.instantiation.template import TableEntry
-from acausal.units.dimension import DIMENSIONLESS, Dimension
+from acausal.units.dimension import Dimension
 
 if TYPE_CHECKING:
     from acausal.modeling.classes import ClassDef
@@ -171,8 +171,3 @@ def key(value: Value) -> Hashable:
     assert numbers is not None
     owner = value.enumeration.full_name if value.enumeration is not None else ""
     return (value.type, owner, numbers.shape, numbers.tobytes())
-
-
-def is_dimensionless(unit: UnitOf) -> bool:
-    """Tell whether a unit may stand where a pure number must."""
-    return unit is None or unit in (LITERAL, DIMENSIONLESS)

@@ -23,7 +23,6 @@ from acausal.version import __version__
 _KIND = "model"
 #: Larger entries would take longer to write than they save.
 _LARGEST = 200_000_000
-_MODULES = ("acausal.", "numpy")
 _BUILTINS = ("builtins.tuple", "builtins.set", "builtins.frozenset", "builtins.slice",
              "collections.OrderedDict")  # fmt: skip
 

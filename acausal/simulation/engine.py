@@ -15,7 +15,7 @@ from acausal.assembly.layout import Layout, lay_out, unknowns_of, values_of
 from acausal.assembly.observe import Observer
 from acausal.assembly.problem import DAEProblem
 from acausal.codegen.driver import NativeProblem
-from acausal.diagnostics import AcausalError, Diagnostic, Severity, fail
+from acausal.diagnostics import AcausalError, Severity, fail
 from acausal.flattening.model import Ids
 from acausal.results.result import Ending, Event, Result
 from acausal.simulation.assertions import violations
@@ -414,8 +414,3 @@ class _Parameters(dict[str, float]):
         """Return paths and values."""
         self._fill()
         return super().items()
-
-
-def failed(result: Result) -> tuple[Diagnostic, ...]:
-    """Return why a run did not reach its end."""
-    return result.diagnostics if result.ending is Ending.FAILED else ()
