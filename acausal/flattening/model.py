@@ -23,10 +23,26 @@ Ids = NDArray[np.int64]
 
 
 class Operand(IntEnum):
-    """What a slot of an equation family refers to."""
+    """What a slot of an equation family refers to.
+
+    The last three stand in the flat model as it is collected; :mod:`acausal.events` turns them,
+    and the discrete variables, into held values, which are parameters that change at events.
+    """
 
     VARIABLE = 0
     PARAMETER = 1
+    PRE = 2  #: a variable's value before the event, by the id of the variable
+    SIGNAL = 3  #: see :class:`Signals`
+    PRE_SIGNAL = 4
+
+
+class Base(IntEnum):
+    """Type of a variable."""
+
+    REAL = 0
+    INTEGER = 1
+    BOOLEAN = 2
+    ENUMERATION = 3
 
 
 class StateSelect(IntEnum):
@@ -182,6 +198,139 @@ class Assertion:
 
 
 @dataclass(frozen=True)
+class Termination:
+    """``terminate(message)``: families whose template tells when (1 or 0)."""
+
+    family: EquationFamily
+    message: str
+
+
+@dataclass(frozen=True)
+class SignalFamily:
+    """Signals of one kind that share their templates.
+
+    Attributes:
+        kind: ``condition``, ``sample`` or ``delay``.
+        operands: A family for each operand of the declaration, member by member the same
+            signals; ``rows`` holds the signals' ids.
+    """
+
+    kind: str
+    operands: tuple[EquationFamily, ...]
+
+
+@dataclass(frozen=True)
+class ReinitFamily:
+    """Reinits of the same template, member by member.
+
+    Attributes:
+        value: The new value; ``rows`` holds the ids of the variables.
+        fires: The condition, 1 or 0; ``rows`` as in ``value``.
+        impulse: Id of the through variable that carries the impulse, or -1, shape ``(count,)``.
+    """
+
+    value: EquationFamily
+    fires: EquationFamily
+    impulse: Ids
+
+
+@dataclass(frozen=True)
+class Discrete:
+    """The discrete part of a model as it is collected, before :mod:`acausal.events`.
+
+    Attributes:
+        base: :class:`Base` of each variable, shape ``(n,)``.
+        discrete: Variables that only change at events, shape ``(n,)``.
+        n_signals: Number of signals; 0 is true at the first instant, 1 after the last one.
+        signals: What makes the others.
+        assignments: ``rows`` holds the target variables, the template is the value.
+        equalities: ``x - y = 0`` between discrete variables, one of which the other defines.
+        initial: Assignments of the first instant.
+        initial_pre: The same for values before it.
+        reinits, terminations: What else happens at events.
+    """
+
+    base: NDArray[np.int8]
+    discrete: NDArray[np.bool_]
+    n_signals: int
+    signals: tuple[SignalFamily, ...]
+    assignments: tuple[EquationFamily, ...]
+    equalities: tuple[EquationFamily, ...]
+    initial: tuple[EquationFamily, ...]
+    initial_pre: tuple[EquationFamily, ...]
+    reinits: tuple[ReinitFamily, ...]
+    terminations: tuple[Termination, ...]
+
+
+@dataclass(frozen=True)
+class RelationFamily:
+    """Relations that are frozen between events.
+
+    Attributes:
+        family: The difference of the two sides ``g``; ``rows`` holds held positions.
+        kind: ``gt`` (held is 1 where ``g > 0``), ``ge`` (``g >= 0``) or ``floor`` (held is
+            the whole number below ``g``).
+    """
+
+    family: EquationFamily
+    kind: str
+
+
+@dataclass(frozen=True)
+class Hybrid:
+    """What happens at events. Held values are the last parameters: ``first + position``.
+
+    Layout of the held values: the values of the ``n_discrete`` discrete variables and
+    conditions, their values before the event, then everything else in any order.
+
+    Attributes:
+        first: Parameter id of held value 0.
+        start: Held values to begin with, shape ``(h,)``; pre values are the start values.
+        n_discrete: Number of discrete variables and conditions; the value before the event of
+            the one at ``k`` is at ``n_discrete + k``.
+        place: Held position of the value of each variable, or -1, shape ``(n,)``; variables that
+            are equal share one.
+        relations: Relations on time and continuous variables, in order of first use.
+        assignments: In order of evaluation; ``rows`` holds held positions below ``n_discrete``.
+        initial: The same for the first instant, instead of those with the same targets.
+        initial_flag, terminal_flag: Held positions.
+        sample_places: Held positions of the samples, shape ``(s,)``.
+        sample_start: First time of each, seconds, shape ``(s,)``.
+        sample_interval: Seconds between, shape ``(s,)``.
+        limit_places: Held positions of values of continuous variables before the event.
+        limit_variables: Ids of these variables.
+        delay_places: Held positions of delayed values, shape ``(d,)``.
+        delays: Families of the delayed expression, ``rows`` index into ``delay_places``.
+        delay_times: Families of the delay, likewise.
+        delay_maxima: Largest delay of each, seconds, shape ``(d,)``.
+        reinits, terminations: What else happens; ``rows`` of reinits hold variables.
+        relevant: Held values that the continuous equations read, shape ``(h,)``.
+    """
+
+    first: int
+    start: NDArray[np.float64]
+    n_discrete: int
+    place: Ids
+    relations: tuple[RelationFamily, ...]
+    assignments: tuple[EquationFamily, ...]
+    initial: tuple[EquationFamily, ...]
+    initial_flag: int
+    terminal_flag: int
+    sample_places: Ids
+    sample_start: NDArray[np.float64]
+    sample_interval: NDArray[np.float64]
+    limit_places: Ids
+    limit_variables: Ids
+    delay_places: Ids
+    delays: tuple[EquationFamily, ...]
+    delay_times: tuple[EquationFamily, ...]
+    delay_maxima: NDArray[np.float64]
+    reinits: tuple[ReinitFamily, ...]
+    terminations: tuple[Termination, ...]
+    relevant: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
 class FlatModel:
     """One flat differential-algebraic system.
 
@@ -199,6 +348,8 @@ class FlatModel:
         names: Paths, units, descriptions.
         experiment: What the model says about its simulation.
         warnings: What was noticed and is no error.
+        discrete: The discrete part as collected; None once it is :attr:`hybrid`.
+        hybrid: What happens at events; None where nothing does.
     """
 
     name: str
@@ -214,3 +365,5 @@ class FlatModel:
     names: Names
     experiment: Experiment = field(default_factory=Experiment)
     warnings: tuple[Diagnostic, ...] = ()
+    discrete: Discrete | None = None
+    hybrid: Hybrid | None = None

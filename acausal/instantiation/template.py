@@ -35,6 +35,7 @@ class Ref:
         parameter: True for a parameter.
         order: How often it is differentiated with respect to time.
         outer: Name of an ``inner`` component that the path starts from instead.
+        pre: The value before the present event instead of the value now.
     """
 
     path: tuple[Step, ...]
@@ -43,6 +44,27 @@ class Ref:
     parameter: bool = False
     order: int = 0
     outer: str = ""
+    pre: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """The payload of a slot that stands for a value which the event handling makes.
+
+    It has one element for each instance and each pass of the loops around its declaration. A use
+    inside narrower loops means the element with the same values of the loop indices.
+
+    Attributes:
+        number: Index into ``Template.signals``, or :data:`INITIAL` or :data:`TERMINAL`.
+        pre: The value before the present event instead of the value now.
+    """
+
+    number: int
+    pre: bool = False
+
+
+#: Numbers of the signals that are true during the first and after the last instant.
+INITIAL, TERMINAL = -1, -2
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,6 +135,9 @@ class VariableDecl:
         span: The declaration.
         public: Not declared ``protected``.
         type_name: Name of the declared type.
+        base: ``Real``, ``Integer``, ``Boolean`` or ``enumeration``.
+        literals: Names of an enumeration's values, the first of which is number 1.
+        discrete: Declared ``discrete``, or of a base that only changes at events.
     """
 
     name: str
@@ -124,6 +149,9 @@ class VariableDecl:
     span: Span
     public: bool
     type_name: str
+    base: str = "Real"
+    literals: tuple[str, ...] = ()
+    discrete: bool = False
 
     @property
     def size(self) -> int:
@@ -235,6 +263,85 @@ class AssertDecl:
     text: str
 
 
+@dataclass(frozen=True)
+class SignalDecl:
+    """What stands behind a :class:`Signal`, for every pass of the domain and every instance.
+
+    Attributes:
+        kind: ``condition`` (of a when; evaluated like a Boolean variable), ``sample`` or
+            ``delay``.
+        operands: The condition; start and interval over parameters; or the delayed expression,
+            the delay and the largest delay.
+        domain: Loops around it.
+        span: Where it is written.
+        text: As a person would write it.
+    """
+
+    kind: str
+    operands: tuple[Expr, ...]
+    domain: Domain
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True)
+class DiscreteDecl:
+    """``target := value`` at events, for every pass of the domain and every instance.
+
+    A when is no part of it: its equations have the value
+    ``if fires then ... else pre(target)``, where ``fires`` is ``c and not pre(c)`` with the
+    signal ``c`` of the condition.
+
+    Attributes:
+        target: Slot of a variable (:class:`Ref`).
+        value: What it becomes.
+        domain, span, text, owner: As in :class:`EquationDecl`.
+        held: It stands in a when, so that the target is discrete, whatever its type.
+        symmetric: Both sides are single variables, either may be the target.
+    """
+
+    target: Expr
+    value: Expr
+    domain: Domain
+    span: Span
+    text: str
+    owner: str
+    held: bool = False
+    symmetric: bool = False
+
+
+@dataclass(frozen=True)
+class ReinitDecl:
+    """``reinit(state, value)`` where ``fires`` becomes true; ``impulse``: see the manual.
+
+    Attributes:
+        state: Slot of a Real variable.
+        value: Its new value.
+        fires: True in the instant in which it acts.
+        impulse: Slot of the through variable that carries the impulse, or None.
+        domain, span, text: As in :class:`EquationDecl`.
+    """
+
+    state: Expr
+    value: Expr
+    fires: Expr
+    impulse: Expr | None
+    domain: Domain
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True)
+class TerminateDecl:
+    """``terminate(message)`` where ``fires`` becomes true."""
+
+    fires: Expr
+    message: str
+    domain: Domain
+    span: Span
+    text: str
+
+
 @dataclass(eq=False)
 class Template:
     """A class with fixed structural parameters; built by ``elaborate``, then left alone.
@@ -253,6 +360,11 @@ class Template:
             them ``inner``.
         inner_values: Names of ``inner`` variables and parameters.
         bound: Paths of variables whose value is set where the class is used.
+        discrete: Equations of variables that change at events only.
+        initial_discrete: The same for the first instant: ``pre(b) = ...`` has a target with
+            ``pre``, ``b = ...`` one without.
+        signals: Conditions of whens, samples, delays.
+        reinits, terminates: What else happens at events.
     """
 
     number: int
@@ -271,6 +383,11 @@ class Template:
     bindings: list[BindingDecl] = field(default_factory=list)
     connects: list[ConnectDecl] = field(default_factory=list)
     asserts: list[AssertDecl] = field(default_factory=list)
+    discrete: list[DiscreteDecl] = field(default_factory=list)
+    initial_discrete: list[DiscreteDecl] = field(default_factory=list)
+    signals: list[SignalDecl] = field(default_factory=list)
+    reinits: list[ReinitDecl] = field(default_factory=list)
+    terminates: list[TerminateDecl] = field(default_factory=list)
     primitive_connector: bool = False
     unfit_defaults: dict[str, AcausalError] = field(default_factory=dict)
 
