@@ -22,6 +22,7 @@ ORDER = (
     "instantiation",
     "connections",
     "flattening",
+    "events",
     "elimination",
     "structural",
     "codegen",

@@ -221,7 +221,7 @@ class SignalFamily:
 
 @dataclass(frozen=True)
 class ReinitFamily:
-    """Reinits of the same template, member by member.
+    """Reinits of the same template as they are collected, member by member.
 
     Attributes:
         value: The new value; ``rows`` holds the ids of the variables.
@@ -245,7 +245,7 @@ class Discrete:
         signals: What makes the others.
         assignments: ``rows`` holds the target variables, the template is the value.
         equalities: ``x - y = 0`` between discrete variables, one of which the other defines.
-        initial: Assignments of the first instant.
+        initial: Assignments of the first instant; ``rows`` holds variables.
         initial_pre: The same for values before it.
         reinits, terminations: What else happens at events.
     """
@@ -269,11 +269,43 @@ class RelationFamily:
     Attributes:
         family: The difference of the two sides ``g``; ``rows`` holds held positions.
         kind: ``gt`` (held is 1 where ``g > 0``), ``ge`` (``g >= 0``) or ``floor`` (held is
-            the whole number below ``g``).
+            the largest whole number that is not above ``g``).
     """
 
     family: EquationFamily
     kind: str
+
+
+@dataclass(frozen=True)
+class Reinits:
+    """All reinits ``r`` of a model, in the order in which they are written.
+
+    The elimination keeps the variables that are named here and says who stands for them: reinit
+    ``k`` gives the variable ``states[k]`` the value ``signs[k] * values[k]``.
+
+    Attributes:
+        states: Id of the variable that each acts on, shape ``(r,)``.
+        signs: 1 or -1; 0 if the variable is always zero, shape ``(r,)``.
+        impulses: Id of the through variable that carries the impulse, or -1, shape ``(r,)``.
+        impulse_signs: The named through variable is this times that of ``impulses``: 1, -1, or 0
+            if it is always zero, shape ``(r,)``.
+        values: Families of the new value, ``rows`` holds numbers of reinits; each has one member.
+        fires: Families of the condition, 1 or 0, likewise.
+        wanted: The variables as the model names them, for messages, shape ``(r,)``.
+    """
+
+    states: Ids
+    signs: NDArray[np.int8]
+    impulses: Ids
+    impulse_signs: NDArray[np.int8]
+    values: tuple[EquationFamily, ...]
+    fires: tuple[EquationFamily, ...]
+    wanted: Ids
+
+    @property
+    def count(self) -> int:
+        """Number of reinits."""
+        return int(self.states.shape[0])
 
 
 @dataclass(frozen=True)
@@ -283,27 +315,39 @@ class Hybrid:
     Layout of the held values: the values of the ``n_discrete`` discrete variables and
     conditions, their values before the event, then everything else in any order.
 
+    Every family here has operands of the sorts VARIABLE (after the elimination: active
+    variables only) and PARAMETER.
+
     Attributes:
         first: Parameter id of held value 0.
-        start: Held values to begin with, shape ``(h,)``; pre values are the start values.
+        start: Held values to begin with, shape ``(h,)``; values and pre values of discrete
+            variables are their start values, everything else is 0.
         n_discrete: Number of discrete variables and conditions; the value before the event of
             the one at ``k`` is at ``n_discrete + k``.
         place: Held position of the value of each variable, or -1, shape ``(n,)``; variables that
-            are equal share one.
-        relations: Relations on time and continuous variables, in order of first use.
-        assignments: In order of evaluation; ``rows`` holds held positions below ``n_discrete``.
-        initial: The same for the first instant, instead of those with the same targets.
+            are equal share one. In the system: of all ids, shape ``(N,)``.
+        conditions: Held positions below ``n_discrete`` that are conditions of whens.
+        relations: Relations on time and continuous variables; one inside another comes first.
+        assignments: In order of evaluation; ``rows`` holds held positions below ``n_discrete``,
+            each of them once.
+        initial: All assignments of the first instant, in order of evaluation: initial equations
+            instead of the others with the same targets. The same tuple as ``assignments`` in a
+            model without initial equations of discrete variables.
+        initial_pre: Values before the first instant that initial equations ``pre(b) = ...``
+            give, instead of those in ``start``; ``rows`` holds held positions from
+            ``n_discrete``.
         initial_flag, terminal_flag: Held positions.
         sample_places: Held positions of the samples, shape ``(s,)``.
         sample_start: First time of each, seconds, shape ``(s,)``.
         sample_interval: Seconds between, shape ``(s,)``.
-        limit_places: Held positions of values of continuous variables before the event.
-        limit_variables: Ids of these variables.
+        limits: Values of continuous variables whose value before the event is asked for;
+            ``rows`` holds the held positions that receive it.
         delay_places: Held positions of delayed values, shape ``(d,)``.
         delays: Families of the delayed expression, ``rows`` index into ``delay_places``.
         delay_times: Families of the delay, likewise.
         delay_maxima: Largest delay of each, seconds, shape ``(d,)``.
-        reinits, terminations: What else happens; ``rows`` of reinits hold variables.
+        reinits: New values of continuous variables.
+        terminations: Conditions that end the simulation.
         relevant: Held values that the continuous equations read, shape ``(h,)``.
     """
 
@@ -311,23 +355,29 @@ class Hybrid:
     start: NDArray[np.float64]
     n_discrete: int
     place: Ids
+    conditions: Ids
     relations: tuple[RelationFamily, ...]
     assignments: tuple[EquationFamily, ...]
     initial: tuple[EquationFamily, ...]
+    initial_pre: tuple[EquationFamily, ...]
     initial_flag: int
     terminal_flag: int
     sample_places: Ids
     sample_start: NDArray[np.float64]
     sample_interval: NDArray[np.float64]
-    limit_places: Ids
-    limit_variables: Ids
+    limits: tuple[EquationFamily, ...]
     delay_places: Ids
     delays: tuple[EquationFamily, ...]
     delay_times: tuple[EquationFamily, ...]
     delay_maxima: NDArray[np.float64]
-    reinits: tuple[ReinitFamily, ...]
+    reinits: Reinits
     terminations: tuple[Termination, ...]
     relevant: NDArray[np.bool_]
+
+    @property
+    def count(self) -> int:
+        """Number of held values."""
+        return int(self.start.shape[0])
 
 
 @dataclass(frozen=True)

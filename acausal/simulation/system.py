@@ -11,6 +11,7 @@ from acausal.flattening.model import (
     Assertion,
     EquationFamily,
     Experiment,
+    Hybrid,
     Ids,
     Names,
     Variables,
@@ -42,6 +43,7 @@ class System:
         sign: How: 1, -1, or 0 for a known zero.
         definitions: Families that define eliminated variables, in order of evaluation.
         index: Structural differentiation index.
+        hybrid: What happens at events; None where nothing does.
     """
 
     name: str
@@ -61,6 +63,7 @@ class System:
     sign: NDArray[np.int8]
     definitions: tuple[EquationFamily, ...]
     index: int
+    hybrid: Hybrid | None = None
 
     @property
     def derivative(self) -> Ids:
