@@ -14,9 +14,19 @@ from acausal.instantiation.template import Template
 
 def _record_rows(record: Template) -> int:
     """Return the number of equations that a record brings: values of its own fields."""
-    return sum(e.domain.length for e in record.equations) + sum(
+    own = sum(e.domain.length for e in record.equations) + _discrete_rows(record)
+    return own + sum(
         child.size * _record_rows(child.template) for child in record.children.values()
     )
+
+
+def _discrete_rows(template: Template) -> int:
+    """Return the number of equations of variables that only change at events.
+
+    A target that is assigned twice counts once; that has a message of its own.
+    """
+    targets = {(d.target, d.domain.values.tobytes()): d.domain.length for d in template.discrete}
+    return sum(targets.values())
 
 
 def check_class(template: Template) -> None:
@@ -35,7 +45,7 @@ def check_class(template: Template) -> None:
     if template.connects or template.outers or template.outer_values:
         return
     unknowns = sum(v.size for v in template.variables.values() if v.causality != "input")
-    rows = sum(e.domain.length for e in template.equations)
+    rows = sum(e.domain.length for e in template.equations) + _discrete_rows(template)
     for path in template.bound:
         own_variable = template.variables.get(path[0]) if len(path) == 1 else None
         if own_variable is not None and own_variable.causality != "input":
@@ -67,6 +77,7 @@ def check_class(template: Template) -> None:
                                      if cuts else ""),
     ]  # fmt: skip
     labels = [Label(e.span, e.text) for e in template.equations[:6]]
+    labels += [Label(d.span, d.text) for d in template.discrete[: 6 - len(labels)]]
     few = rows < wanted
     fail(
         "B101" if few else "B102",

@@ -11,9 +11,10 @@ from acausal.diagnostics import Span, fail
 from acausal.expressions.nodes import Expr, const, slot
 from acausal.expressions.traverse import postorder, slots, substitute
 from acausal.flattening.model import EquationFamily, Ids, Operand, Origin, RowKind
+from acausal.flattening.signals import SignalNumbering
 from acausal.instantiation.domain import has_loops, only_loops, over
 from acausal.instantiation.numbering import Numbering
-from acausal.instantiation.template import Domain, Ref, Template
+from acausal.instantiation.template import Domain, Ref, Signal, Template
 
 
 class LiteralPool:
@@ -39,9 +40,15 @@ class LiteralPool:
 class FamilyBuilder:
     """Collects members by template."""
 
-    def __init__(self, numbering: Numbering, literals: LiteralPool) -> None:
+    def __init__(
+        self,
+        numbering: Numbering,
+        literals: LiteralPool,
+        signals: SignalNumbering | None = None,
+    ) -> None:
         self.numbering = numbering
         self.literals = literals
+        self.signals = SignalNumbering(numbering) if signals is None else signals
         self._parts: dict[
             tuple[Expr, tuple[Operand, ...]], list[tuple[Ids, Ids, tuple[Origin, ...]]]
         ] = {}
@@ -65,10 +72,24 @@ class FamilyBuilder:
         Raises:
             AcausalError: ``T114`` for a subscript out of range.
         """
+        count = self.numbering.groups[template.number].count * domain.length
+        rows = first_row + np.arange(count)
+        self.add_class_rows(template, residual, domain, rows, span, text, kind, owner)
+        return count
+
+    def add_class_rows(
+        self, template: Template, residual: Expr, domain: Domain, rows: Ids, span: Span,
+        text: str, kind: RowKind, owner: str,
+    ) -> None:  # fmt: skip
+        """Add an expression of a class for given rows, instance by instance, pass by pass.
+
+        Raises:
+            AcausalError: ``T114`` for a subscript out of range.
+        """
         group = self.numbering.groups[template.number]
         count = group.count * domain.length
         if not count:
-            return 0
+            return
         try:
             body, kinds, operands = self.canonical(template, residual, domain)
         except IndexError as error:
@@ -79,8 +100,7 @@ class FamilyBuilder:
             0, count, kind, span, text, owner, template.number,
             np.repeat(np.arange(group.count), domain.length),
         )  # fmt: skip
-        self.add(body, kinds, operands, first_row + np.arange(count), (origin,))
-        return count
+        self.add(body, kinds, operands, rows, (origin,))
 
     def canonical(
         self, template: Template, expr: Expr, domain: Domain
@@ -110,7 +130,10 @@ class FamilyBuilder:
                 kinds.append(Operand.PARAMETER)
             elif part.op == "slot" and isinstance(part.value, Ref):
                 ids = self.numbering.ids(template, part.value, domain)
-                kinds.append(Operand.PARAMETER if part.value.parameter else Operand.VARIABLE)
+                kinds.append(_kind(part.value))
+            elif part.op == "slot" and isinstance(part.value, Signal):
+                ids = self.signals.ids(template, part.value, domain)
+                kinds.append(Operand.PRE_SIGNAL if part.value.pre else Operand.SIGNAL)
             else:
                 continue
             numbered[part] = slot(len(rows))
@@ -145,6 +168,12 @@ class FamilyBuilder:
                 )
             )
         return tuple(result)
+
+
+def _kind(ref: Ref) -> Operand:
+    if ref.parameter:
+        return Operand.PARAMETER
+    return Operand.PRE if ref.pre else Operand.VARIABLE
 
 
 def maximal_loop_parts(expr: Expr) -> list[Expr]:

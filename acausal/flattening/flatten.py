@@ -13,10 +13,14 @@ from acausal.diagnostics import Diagnostic, fail
 from acausal.expressions import build
 from acausal.expressions.nodes import Expr, slot
 from acausal.flattening.balance import check_class
+from acausal.flattening.discrete import discrete_part, discrete_variables
 from acausal.flattening.experiment import experiment_of
 from acausal.flattening.families import FamilyBuilder, LiteralPool
 from acausal.flattening.model import (
     Assertion,
+    Base,
+    Discrete,
+    EquationFamily,
     FlatModel,
     Ids,
     Operand,
@@ -27,6 +31,7 @@ from acausal.flattening.model import (
 )
 from acausal.flattening.names import NumberingNames
 from acausal.flattening.parameters import attribute_values, parameter_values
+from acausal.flattening.signals import SignalNumbering
 from acausal.instantiation.numbering import Numbering
 from acausal.instantiation.template import Template
 from acausal.units.dimension import Dimension, format_dimension
@@ -78,7 +83,9 @@ def flatten(templates: list[Template], given: dict[str, float] | None = None) ->
     names = NumberingNames(numbering)
     warnings: list[Diagnostic] = []
     literals = LiteralPool(numbering.n_parameters)
-    builder = FamilyBuilder(numbering, literals)
+    signals = SignalNumbering(numbering)
+    base, is_discrete = discrete_variables(numbering)
+    builder = FamilyBuilder(numbering, literals, signals)
     junctions = find_junctions(numbering)
     n_rows = 0
     for group in reversed(numbering.groups):
@@ -91,8 +98,9 @@ def flatten(templates: list[Template], given: dict[str, float] | None = None) ->
     for group in numbering.groups:
         if group.count:
             check_class(group.template)
-    n_rows = _junction_rows(builder, junctions, n_rows)
-    start_builder = FamilyBuilder(numbering, literals)
+    equal = FamilyBuilder(numbering, literals, signals)
+    n_rows = _junction_rows(builder, equal, junctions, is_discrete, n_rows)
+    start_builder = FamilyBuilder(numbering, literals, signals)
     n_initial = 0
     for group in reversed(numbering.groups):
         for e in group.template.initial_equations:
@@ -100,9 +108,11 @@ def flatten(templates: list[Template], given: dict[str, float] | None = None) ->
                 group.template, e.residual, e.domain, n_initial, e.span, e.text, RowKind.INITIAL,
                 e.owner,
             )  # fmt: skip
-    assertions = _assertions(numbering, literals)
+    assertions = _assertions(numbering, literals, signals)
+    discrete = discrete_part(numbering, literals, signals, base, is_discrete, equal.build())
     values = parameter_values(numbering, builder, names, _given_ids(names, given or {}), warnings)
-    variables = _attributes(numbering, builder, values)
+    variables = _attributes(numbering, builder, values, base)
+    families, initial = builder.build(), start_builder.build()
     root = templates[-1]
     model = FlatModel(
         root.name,
@@ -110,16 +120,28 @@ def flatten(templates: list[Template], given: dict[str, float] | None = None) ->
         variables,
         numbering.derivative(),
         np.concatenate([values, *literals.values]),
-        builder.build(),
+        families,
         n_rows,
-        start_builder.build(),
+        initial,
         n_initial,
         assertions,
         names,
         experiment_of(root.definition),
         tuple(warnings),
+        discrete if _happens(discrete, (*families, *initial)) else None,
     )
     return Flattened(model, numbering, junctions, dict(given or {}))
+
+
+def _happens(discrete: Discrete, families: tuple[EquationFamily, ...]) -> bool:
+    """Return whether a model has a discrete part."""
+    return bool(
+        discrete.discrete.any()
+        or discrete.n_signals > 2
+        or discrete.reinits
+        or discrete.terminations
+        or any(kind > Operand.PARAMETER for family in families for kind in family.kinds)
+    )
 
 
 def _given_ids(names: NumberingNames, given: dict[str, float]) -> dict[int, float]:
@@ -150,12 +172,17 @@ def _check_unit(
 
 
 def _attributes(
-    numbering: Numbering, builder: FamilyBuilder, parameters: NDArray[np.float64]
+    numbering: Numbering,
+    builder: FamilyBuilder,
+    parameters: NDArray[np.float64],
+    base: NDArray[np.int8],
 ) -> Variables:
     def attribute(name: str, default: float) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
         return attribute_values(numbering, builder, parameters, name, default)
 
     start, start_given = attribute("start", 0.0)
+    # The first value of an enumeration is 1.
+    start[(base == Base.ENUMERATION) & (start < 1.0)] = 1.0
     return Variables(
         start,
         start_given,
@@ -167,11 +194,13 @@ def _attributes(
     )
 
 
-def _assertions(numbering: Numbering, literals: LiteralPool) -> tuple[Assertion, ...]:
+def _assertions(
+    numbering: Numbering, literals: LiteralPool, signals: SignalNumbering
+) -> tuple[Assertion, ...]:
     result: list[Assertion] = []
     for group in reversed(numbering.groups):
         for a in group.template.asserts:
-            own = FamilyBuilder(numbering, literals)
+            own = FamilyBuilder(numbering, literals, signals)
             own.add_class_equation(
                 group.template, a.condition, a.domain, 0, a.span, a.text, RowKind.DECLARED,
                 group.template.name,
@@ -189,8 +218,17 @@ def _ranks(labels: Ids, chosen: NDArray[np.bool_]) -> Ids:
     return np.where(chosen, rank[labels], -1)
 
 
-def _junction_rows(builder: FamilyBuilder, junctions: Junctions, n_rows: int) -> int:
-    """Add rows ``sum of through = 0`` and ``across = across``; return the new number of rows."""
+def _junction_rows(
+    builder: FamilyBuilder,
+    equal: FamilyBuilder,
+    junctions: Junctions,
+    discrete: NDArray[np.bool_],
+    n_rows: int,
+) -> int:
+    """Add rows ``sum of through = 0`` and ``across = across``; return the new number of rows.
+
+    Where both sides only change at events there is no row but an equality in ``equal``.
+    """
     cuts = np.arange(junctions.count)
     members = np.bincount(junctions.junction, minlength=2 * junctions.count)
     for number, interface in enumerate(junctions.interfaces):
@@ -215,7 +253,9 @@ def _junction_rows(builder: FamilyBuilder, junctions: Junctions, n_rows: int) ->
                                        template, n_rows, path, lonely)  # fmt: skip
                 n_rows += n_junctions * size
             else:
-                n_rows = _across_rows(builder, junctions, ids, cuts[own], size, n_rows, path)
+                n_rows = _across_rows(
+                    builder, equal, junctions, ids, cuts[own], size, discrete, n_rows, path
+                )
     return n_rows
 
 
@@ -239,9 +279,12 @@ def _contributions(
 
 
 def _across_rows(
-    builder: FamilyBuilder, junctions: Junctions, ids: Ids, cuts: Ids, size: int, n_rows: int,
-    path: tuple[str, ...],
+    builder: FamilyBuilder, equal: FamilyBuilder, junctions: Junctions, ids: Ids, cuts: Ids,
+    size: int, discrete: NDArray[np.bool_], n_rows: int, path: tuple[str, ...],
 ) -> int:  # fmt: skip
+    # Discrete cuts first: what is continuous there follows from one of them.
+    first = np.argsort(~discrete[ids[cuts]].any(axis=1), kind="stable")
+    cuts = cuts[first]
     node = junctions.node[cuts]
     first_of, inverse = np.unique(node, return_index=True, return_inverse=True)[1:]
     reference = cuts[first_of[inverse]]
@@ -250,13 +293,19 @@ def _across_rows(
         return n_rows
     a, b = ids[reference[other]].reshape(-1), ids[cuts[other]].reshape(-1)
     name = ".".join(path)
-    builder.add(
-        build.sub(_X, _Y), (Operand.VARIABLE, Operand.VARIABLE), np.stack([a, b]),
-        n_rows + np.arange(len(a)),
-        _cut_origins(junctions, np.repeat(cuts[other], size), RowKind.JUNCTION,
-                     f"{name} is the same at the junction"),
-    )  # fmt: skip
-    return n_rows + len(a)
+    text = f"{name} is the same at the junction"
+    owners = np.repeat(cuts[other], size)
+    held = discrete[a] & discrete[b]
+    for chosen, target in ((~held, builder), (held, equal)):
+        if not chosen.any():
+            continue
+        rows = n_rows + np.arange(int(chosen.sum())) if target is builder else a[chosen]
+        target.add(
+            build.sub(_X, _Y), (Operand.VARIABLE, Operand.VARIABLE),
+            np.stack([a[chosen], b[chosen]]), rows,
+            _cut_origins(junctions, owners[chosen], RowKind.JUNCTION, text),
+        )  # fmt: skip
+    return n_rows + int((~held).sum())
 
 
 def _cut_origins(junctions: Junctions, cuts: Ids, kind: RowKind, text: str) -> tuple[Origin, ...]:

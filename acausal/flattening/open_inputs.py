@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from acausal.diagnostics import fail
 from acausal.flattening.flatten import Flattened
-from acausal.flattening.model import EquationFamily, Ids, Operand, RowKind
+from acausal.flattening.model import EquationFamily, FlatModel, Ids, Operand, RowKind
 from acausal.instantiation.numbering import Numbering
 from acausal.instantiation.places import variable_places
 
@@ -24,7 +24,8 @@ def refuse_open_inputs(flattened: Flattened) -> None:
         AcausalError: ``B101``, at the component the input belongs to.
     """
     numbering, model = flattened.numbering, flattened.model
-    if model.n_rows >= numbering.n_declared:
+    n_equations = model.n_rows + _discrete_equations(model)
+    if n_equations >= numbering.n_declared:
         return
     junctions = flattened.junctions
     owner = _owners(numbering)
@@ -33,7 +34,11 @@ def refuse_open_inputs(flattened: Flattened) -> None:
         for ids in interface.ids:
             cuts = np.flatnonzero(ids[:, 0] >= 0) if ids.size else np.zeros(0, np.int64)
             owner[ids[cuts[faces[junctions.junction[2 * cuts]] > 1]].reshape(-1)] = -1
-    owner[_used_outside(model.families, owner)] = -1
+    families = model.families
+    if model.discrete is not None:
+        families = (*families, *model.discrete.assignments, *model.discrete.equalities)
+        _drop_assigned(model.discrete.assignments, owner)
+    owner[_used_outside(families, owner)] = -1
     found = np.flatnonzero(owner >= 0)
     if not len(found):
         return
@@ -47,9 +52,26 @@ def refuse_open_inputs(flattened: Flattened) -> None:
         f"nothing gives the input {path} a value",
         declared.span,
         label="an input of this component is open" if "." in path else "this input is open",
-        notes=[f"{model.n_rows} equations for {numbering.n_declared} unknowns{others}"],
+        notes=[f"{n_equations} equations for {numbering.n_declared} unknowns{others}"],
         help="connect a source to it, or give it a value where the component is declared",
     )
+
+
+def _discrete_equations(model: FlatModel) -> int:
+    """Return the number of equations of variables that only change at events."""
+    if model.discrete is None:
+        return 0
+    targets = [f.rows for f in model.discrete.assignments]
+    equal = sum(f.count for f in model.discrete.equalities)
+    return equal + (len(np.unique(np.concatenate(targets))) if targets else 0)
+
+
+def _drop_assigned(assignments: Sequence[EquationFamily], owner: Ids) -> None:
+    """Forget the inputs that another class than the declaring one assigns."""
+    for family in assignments:
+        for origin in family.origins:
+            ids = family.rows[origin.first : origin.first + origin.count]
+            owner[ids[(owner[ids] >= 0) & (owner[ids] != origin.group)]] = -1
 
 
 def _owners(numbering: Numbering) -> Ids:

@@ -303,4 +303,8 @@ def _expressions(template: Template) -> list[Expr]:
         *(e.residual for e in template.initial_equations),
         *(a.condition for a in template.asserts),
         *(b.value for b in template.bindings),
+        *(d.value for d in (*template.discrete, *template.initial_discrete)),
+        *(operand for s in template.signals for operand in s.operands),
+        *(part for r in template.reinits for part in (r.state, r.value, r.fires)),
+        *(t.fires for t in template.terminates),
     ]
