@@ -35,6 +35,25 @@ class KernelCall:
     entry: NDArray[np.int32]
 
 
+@dataclass
+class RootProblem:
+    """Root functions ``g_k(t, y, y') = value_k + shift_k`` of a problem.
+
+    They read the same work vector as the residual.
+
+    Attributes:
+        n: Number of root functions.
+        calls: Kernel calls that give the values: ``target`` holds numbers of root functions,
+            each of them once in all calls together; ``entry`` has no rows.
+        shift: Added to the values, float64, shape ``(n,)``; may be changed in place between two
+            calls of an integrator.
+    """
+
+    n: int
+    calls: tuple[KernelCall, ...]
+    shift: NDArray[np.float64]
+
+
 @dataclass(frozen=True)
 class DAEProblem:
     """A differential-algebraic system of index 1 in the form ``F(t, y, y') = 0``.
@@ -47,6 +66,7 @@ class DAEProblem:
         indices: Row indices in CSC order, sorted in each column, int32, shape ``(nnz,)``.
         differential: Which unknowns have a derivative in ``F``, shape ``(n,)``.
         nominal: Magnitudes of the unknowns for tolerances, shape ``(n,)``.
+        roots: Functions whose sign changes end an integration, None for none.
     """
 
     n: int
@@ -56,6 +76,7 @@ class DAEProblem:
     indices: NDArray[np.int32]
     differential: NDArray[np.bool_]
     nominal: NDArray[np.float64]
+    roots: RootProblem | None = None
 
     @property
     def nnz(self) -> int:

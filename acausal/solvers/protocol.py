@@ -28,6 +28,7 @@ class Status(Enum):
 
     STEPPED = "stepped"
     REACHED = "reached"
+    ROOT = "root"
     FAILED = "failed"
     INTERRUPTED = "interrupted"
 
@@ -38,7 +39,8 @@ class StepResult:
 
     Attributes:
         t: Time reached, seconds.
-        status: STEPPED, REACHED (``t`` is the limit) or FAILED (``t`` is unchanged).
+        status: STEPPED, REACHED (``t`` is the limit), ROOT (see :class:`Integrator`; also where
+            the root is at the limit) or FAILED (``t`` is unchanged).
         failure: Why it failed; the caller decides whether to raise it.
     """
 
@@ -53,7 +55,8 @@ class RunResult:
 
     Attributes:
         rows: Rows that were filled, counted from the first.
-        status: REACHED (all of them), FAILED or INTERRUPTED (Ctrl-C).
+        status: REACHED (all of them), ROOT (all up to the time of the root), FAILED or
+            INTERRUPTED (Ctrl-C).
         failure: Why it failed; the caller decides whether to raise it.
     """
 
@@ -128,7 +131,19 @@ class Options:
 
 
 class Integrator(Protocol):
-    """An initial value problem on its way."""
+    """An initial value problem on its way.
+
+    Root functions (``DAEProblem.roots``) are looked at after every internal step. Where one has
+    changed its sign, the first such time in the step is located and the call ends with the
+    status ROOT: ``t``, ``y`` and ``yp`` are those at the end of an interval of a few units of
+    roundoff that holds the root, so the functions found have their new sign there (or are zero).
+    A root at ``t_limit`` is reported as ROOT. At the start of every call the functions are
+    evaluated anew at ``t``; so shifts and directions may be changed between any two calls, and
+    after a ROOT the integration may go on by ``step`` or ``run`` without a restart where nothing
+    else has changed. A function that is exactly zero at the start of a step is not looked at in
+    that step: keep it away from zero by its shift. A function that is not finite at the end of a
+    step has no sign, and no root in that step.
+    """
 
     @property
     def t(self) -> float:
@@ -174,6 +189,37 @@ class Integrator(Protocol):
             y: Unknowns, shape ``(n,)``.
             yp: Derivatives, shape ``(n,)``.
             problem: Another problem of the same size (other states), None for the same.
+        """
+
+    @property
+    def roots_found(self) -> NDArray[np.int32]:
+        """Which functions changed their sign, shape ``(roots.n,)``; valid after a ROOT.
+
+        +1 where it rises, -1 where it falls, 0 elsewhere. A view that the next call changes.
+        """
+
+    def set_root_directions(self, directions: NDArray[np.int32]) -> None:
+        """Look for rising roots (+1), falling ones (-1) or both (0, the default) from now on.
+
+        Args:
+            directions: One for each root function, shape ``(roots.n,)``; copied.
+        """
+
+    def consistent(self, t: float, y: Array, yp: Array) -> int:
+        """Solve F(t, y, y') = 0 for algebraic unknowns and derivatives of differential ones.
+
+        The differential unknowns stay as they are. Full Newton steps from the given values, which
+        have to be near: this is for the restart after an event.
+
+        Args:
+            t: Time, seconds.
+            y: Unknowns, float64, shape ``(n,)``; the algebraic ones are replaced.
+            yp: Derivatives, float64, shape ``(n,)``; those of differential unknowns are
+                replaced.
+
+        Returns:
+            Newton iterations, or -1 where the matrix is singular, a value is not finite or the
+            iteration does not converge; ``y`` and ``yp`` are unchanged then.
         """
 
     @property
