@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.elimination.families import sorted_unique
 from acausal.elimination.signed_components import (
     Nodes,
     Signs,
     redundant_edges,
     signed_components,
 )
+from acausal.flattening.members import sorted_unique
 from acausal.flattening.model import Ids
 
 Mask = NDArray[np.bool_]

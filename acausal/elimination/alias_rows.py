@@ -8,17 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.elimination.alias_classes import AliasRows
-from acausal.elimination.families import (
-    Tally,
-    keep_rows,
-    merge_families,
-    sorted_unique,
-    take_members,
-)
+from acausal.elimination.families import Tally, keep_rows
 from acausal.elimination.linear_form import LinearForm, linear_form
 from acausal.elimination.signed_components import Nodes
 from acausal.expressions.build import mul
 from acausal.expressions.nodes import ZERO, const, slot
+from acausal.flattening.members import merge_families, sorted_unique, take_members
 from acausal.flattening.model import EquationFamily, Ids, Operand
 
 

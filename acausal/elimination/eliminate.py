@@ -15,14 +15,7 @@ from acausal.elimination.alias_rows import (
     without_zeros,
 )
 from acausal.elimination.attributes import merged_attributes
-from acausal.elimination.families import (
-    merge_families,
-    row_counts,
-    sorted_unique,
-    use_counts,
-    used_variables,
-    variable_slots,
-)
+from acausal.elimination.families import row_counts, use_counts, used_variables, variable_slots
 from acausal.elimination.locals import choose_definitions, put_in
 from acausal.elimination.outputs import sweep_outputs
 from acausal.elimination.rewriting import rewritten
@@ -34,6 +27,7 @@ from acausal.elimination.working import (
     unsupported_derivatives,
     whole_model,
 )
+from acausal.flattening.members import merge_families, sorted_unique
 from acausal.flattening.model import EquationFamily, FlatModel, Ids, Names, StateSelect
 
 #: Rounds of elimination; each makes what is left smaller, few are ever needed.

@@ -17,19 +17,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.elimination.families import (
-    Tally,
-    merge_families,
-    partition,
-    renumbered,
-    take_members,
-    variable_slots,
-)
+from acausal.elimination.families import Tally, variable_slots
 from acausal.elimination.linear_form import shifted, solved_for, tidied
 from acausal.elimination.rewriting import split_duplicates
 from acausal.expressions.evaluate import evaluate
 from acausal.expressions.nodes import RELATIONS, Expr, slot
 from acausal.expressions.traverse import postorder, substitute
+from acausal.flattening.members import merge_families, partition, renumbered, take_members
 from acausal.flattening.model import EquationFamily, Ids, Operand
 
 Mask = NDArray[np.bool_]

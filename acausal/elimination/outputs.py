@@ -16,18 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.elimination.alias_rows import bare_coefficient, without_rows
-from acausal.elimination.families import (
-    Tally,
-    merge_families,
-    partition,
-    renumbered,
-    take_members,
-    variable_slots,
-)
+from acausal.elimination.families import Tally, variable_slots
 from acausal.elimination.linear_form import tidied
 from acausal.elimination.locals import solution
 from acausal.expressions.build import mul
 from acausal.expressions.nodes import Expr, const
+from acausal.flattening.members import merge_families, partition, renumbered, take_members
 from acausal.flattening.model import EquationFamily, Ids
 
 Mask = NDArray[np.bool_]

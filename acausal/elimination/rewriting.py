@@ -11,18 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from acausal.elimination.families import (
-    merge_families,
-    partition,
-    renumbered,
-    take_members,
-    variable_slots,
-)
+from acausal.elimination.families import variable_slots
 from acausal.elimination.linear_form import tidied
 from acausal.elimination.signed_components import Signs
 from acausal.expressions.build import neg
 from acausal.expressions.nodes import ZERO, Expr, slot
 from acausal.expressions.traverse import substitute
+from acausal.flattening.members import merge_families, partition, renumbered, take_members
 from acausal.flattening.model import EquationFamily, Ids, Operand
 
 

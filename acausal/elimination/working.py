@@ -13,15 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.elimination.families import (
-    merge_families,
-    renumbered,
-    row_counts,
-    used_variables,
-    variable_slots,
-)
+from acausal.elimination.families import row_counts, used_variables, variable_slots
 from acausal.elimination.rewriting import split_duplicates
 from acausal.elimination.signed_components import Signs
+from acausal.flattening.members import merge_families, renumbered
 from acausal.flattening.model import EquationFamily, FlatModel, Ids, Variables
 
 Group = tuple[EquationFamily, ...]

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.elimination.families import sorted_unique, variable_slots
+from acausal.elimination.families import variable_slots
+from acausal.flattening.members import sorted_unique
 from acausal.flattening.model import EquationFamily, Ids
 from acausal.initialization.system import StartSystem
 from acausal.structural.dulmage_mendelsohn import overdetermined_part
