@@ -36,6 +36,16 @@ class _KernelCall(Protocol):
     def entry(self) -> NDArray[np.int32]: ...
 
 
+class _RootProblem(Protocol):
+    """What the driver reads of ``acausal.assembly.problem.RootProblem``."""
+
+    n: int
+    shift: NDArray[np.float64]
+
+    @property
+    def calls(self) -> Sequence[_KernelCall]: ...
+
+
 class _Problem(Protocol):
     """What the driver reads of ``acausal.assembly.problem.DAEProblem``."""
 
@@ -53,6 +63,8 @@ class _Problem(Protocol):
     def indices(self) -> NDArray[np.int32]: ...
     @property
     def parameter_position(self) -> int: ...
+    @property
+    def roots(self) -> _RootProblem | None: ...
 
 
 _ProblemT = TypeVar("_ProblemT", bound=_Problem)
@@ -110,7 +122,7 @@ class NativeProblem(Generic[_ProblemT]):
         self._calls = np.zeros((len(problem.calls), len(RECORD)), dtype=np.int64)
         for record, call in zip(self._calls, problem.calls, strict=True):
             record[:] = _record(problem, call)
-        self._solver_arrays: tuple[NDArray[np.int64] | NDArray[np.int32], ...] = ()
+        self._root_calls, self._root_shift = _root_records(problem)
         self._table = np.zeros(len(FIELDS), dtype=np.int64)
         self._set(
             n=n, nnz=nnz, call_count=len(problem.calls), w=w.ctypes.data,
@@ -119,10 +131,13 @@ class NativeProblem(Generic[_ProblemT]):
             constant_part=self._constant_part.ctypes.data,
             tail=w.ctypes.data + 8 * start, tail_bytes=8 * self._tail_copy.size,
             tail_copy=self._tail_copy.ctypes.data,
+            root_count=self._root_shift.size, root_call_count=len(self._root_calls),
+            root_calls=self._root_calls.ctypes.data, root_shift=self._root_shift.ctypes.data,
         )  # fmt: skip
         self.table_address = int(self._table.ctypes.data)
         self._residual = _RESIDUAL_TYPE(self.residual_address)
         self._jacobian = _JACOBIAN_TYPE(self.jacobian_address)
+        self._roots = _RESIDUAL_TYPE(self.roots_address)
 
     def _set(self, **values: int) -> None:
         for name, value in values.items():
@@ -144,47 +159,14 @@ class NativeProblem(Generic[_ProblemT]):
         return engine.address_of("acausal_jacobian_dense")
 
     @property
-    def ida_residual_address(self) -> int:
-        """Address of an ``IDAResFn``; its user data is the table (after ``bind_sundials``)."""
-        return engine.address_of("acausal_ida_residual")
+    def roots_address(self) -> int:
+        """Address of ``i32 (f64 t, f64* y, f64* yp, f64* g, table*)``."""
+        return engine.address_of("acausal_roots")
 
     @property
-    def ida_jacobian_sparse_address(self) -> int:
-        """Address of an ``IDALsJacFn`` for a CSC ``SUNMatrix`` (after ``bind_sundials``)."""
-        return engine.address_of("acausal_ida_jacobian_sparse")
-
-    @property
-    def ida_jacobian_dense_address(self) -> int:
-        """Address of an ``IDALsJacFn`` for a dense ``SUNMatrix`` (after ``bind_sundials``)."""
-        return engine.address_of("acausal_ida_jacobian_dense")
-
-    def bind_sundials(
-        self,
-        vector_data: int,
-        matrix_data: int,
-        matrix_pointers: int = 0,
-        matrix_indices: int = 0,
-        index_bits: int = 32,
-    ) -> None:
-        """Tell the IDA callbacks the functions of the SUNDIALS library in use.
-
-        Args:
-            vector_data: Address of ``N_VGetArrayPointer``.
-            matrix_data: Address of ``SUNSparseMatrix_Data`` or ``SUNDenseMatrix_Data``.
-            matrix_pointers: Address of ``SUNSparseMatrix_IndexPointers``; sparse only.
-            matrix_indices: Address of ``SUNSparseMatrix_IndexValues``; sparse only.
-            index_bits: Width of the library's ``sunindextype``, 32 or 64.
-        """
-        kind = {32: np.int32, 64: np.int64}[index_bits]
-        pointers = np.ascontiguousarray(self.problem.indptr, dtype=kind)
-        indices = np.ascontiguousarray(self.problem.indices, dtype=kind)
-        self._solver_arrays = (pointers, indices)
-        self._set(
-            vector_data=vector_data, matrix_data=matrix_data,
-            matrix_pointers=matrix_pointers, matrix_indices=matrix_indices,
-            solver_pointers=pointers.ctypes.data, solver_pointers_bytes=pointers.nbytes,
-            solver_indices=indices.ctypes.data, solver_indices_bytes=indices.nbytes,
-        )  # fmt: skip
+    def root_count(self) -> int:
+        """Number of root functions."""
+        return 0 if self.problem.roots is None else self.problem.roots.n
 
     def request_stop(self, stop: bool = True) -> None:
         """Make all callbacks return -1 from now on (or, with False, work again)."""
@@ -257,6 +239,33 @@ class NativeProblem(Generic[_ProblemT]):
         arrays = (y.ctypes.data, yp.ctypes.data, out.ctypes.data)
         return int(self._jacobian(t, cj, *arrays, self.table_address))
 
+    def roots(
+        self,
+        t: float,
+        y: NDArray[np.float64],
+        yp: NDArray[np.float64],
+        out: NDArray[np.float64],
+    ) -> int:
+        """Compute the root functions ``out = g(t, y, y')``, shifts included.
+
+        Args:
+            t: Time in s.
+            y: Unknowns, float64, shape ``(n,)``.
+            yp: Their derivatives by time, shape ``(n,)``.
+            out: Values, shape ``(roots.n,)``, overwritten.
+
+        Returns:
+            0; 1 if a value is not finite.
+
+        Raises:
+            ValueError: Wrong shapes, types or memory layout.
+        """
+        for name, array in (("y", y), ("yp", yp)):
+            _check(name, array, np.float64, (self.problem.n,))
+        _check("out", out, np.float64, (self.root_count,))
+        arrays = (y.ctypes.data, yp.ctypes.data, out.ctypes.data)
+        return int(self._roots(t, *arrays, self.table_address))
+
     def partial_values(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the entries of dF/dy and dF/dy' of the last Jacobian, each of shape ``(nnz,)``."""
         nnz = self.problem.nnz
@@ -273,6 +282,28 @@ def _record(problem: _Problem, call: _KernelCall) -> tuple[int, ...]:
         call.index.ctypes.data, call.target.ctypes.data, call.entry.ctypes.data,
         int(_is_constant(problem, call)), 0,
     )  # fmt: skip
+
+
+def _root_records(problem: _Problem) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the records of the root functions' calls and the shifts themselves."""
+    roots = problem.roots
+    if roots is None:
+        return np.zeros((0, len(RECORD)), np.int64), np.zeros(0)
+    _check("shift", roots.shift, np.float64, (roots.n,))
+    times = np.zeros(roots.n, np.int64)
+    records = np.zeros((len(roots.calls), len(RECORD)), np.int64)
+    for record, call in zip(records, roots.calls, strict=True):
+        kernel, count = call.kernel, call.index.shape[1]
+        _check("index", call.index, np.int32, (kernel.m, count), problem.w.size)
+        _check("target", call.target, np.int32, (count,), roots.n)
+        # Adding to zero once is storing, and the adding kernel is the faster one.
+        record[:] = (
+            kernel.residual, 0, count, call.index.ctypes.data, call.target.ctypes.data, 0, 0, 0,
+        )  # fmt: skip
+        np.add.at(times, call.target, 1)
+    if np.any(times != 1):
+        raise ValueError("every root function needs exactly one kernel")
+    return records, roots.shift
 
 
 def _is_constant(problem: _Problem, call: _KernelCall) -> bool:

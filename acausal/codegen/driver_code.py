@@ -1,4 +1,4 @@
-"""The driver as LLVM text: residual and Jacobian of a whole problem from its kernels.
+"""The driver as LLVM text: residual, Jacobian and roots of a whole problem from its kernels.
 
 The driver knows no model. It reads a table of 8-byte fields, ``FIELDS``, and a list of records of
 ``RECORD`` fields, one for each kernel call. Written once, compiled once per machine.
@@ -8,14 +8,12 @@ from __future__ import annotations
 
 from typing import Final
 
-#: Fields of the table in order. ``stop`` is an int32 (upper half zero); ``w`` to
-#: ``solver_indices`` are addresses or counts; the functions are those of SUNDIALS.
+#: Fields of the table in order: addresses and counts; ``stop`` is an int32 (upper half zero).
 FIELDS: Final = (
     "stop", "n", "nnz", "call_count", "w", "calls", "buffer",
     "residual_evaluations", "jacobian_evaluations", "indptr", "indices",
     "constant_part", "constant_valid", "tail", "tail_bytes", "tail_copy",
-    "vector_data", "matrix_data", "matrix_pointers", "matrix_indices",
-    "solver_pointers", "solver_pointers_bytes", "solver_indices", "solver_indices_bytes",
+    "root_count", "root_call_count", "root_calls", "root_shift", "root_evaluations",
 )  # fmt: skip
 
 #: Fields of the record of a kernel call.
@@ -253,48 +251,52 @@ done:
 }}
 """
 
-# Callbacks of SUNDIALS IDA: IDAResFn and IDALsJacFn. KLU's wrapper zeroes a sparse matrix with
-# its pattern, so the pattern is written each time.
-_IDA_ARGUMENTS: Final = (
-    "double %t, double %cj, ptr %yy, ptr %yp, ptr %rr, ptr %matrix, ptr %table, "
-    "ptr %tmp1, ptr %tmp2, ptr %tmp3"
-)
-_VECTORS: Final = f"""{_field("get", "vector_data", "ptr")}
-  %y.data = call ptr %get(ptr %yy)
-  %yp.data = call ptr %get(ptr %yp)
-"""
-_IDA: Final = f"""
-define i32 @acausal_ida_residual(double %t, ptr %yy, ptr %yp, ptr %rr, ptr %table) nounwind {{
-{_VECTORS}
-  %r.data = call ptr %get(ptr %rr)
-  %status = call i32 @acausal_residual(double %t, ptr %y.data, ptr %yp.data, ptr %r.data,
-                                       ptr %table)
+# Root functions: the sum of their kernels and their shifts; 1 if any value is not finite.
+_ROOTS: Final = f"""
+define i32 @acausal_roots(double %t, ptr %y, ptr %yp, ptr noalias %g, ptr %table) nounwind {{
+begin:
+{_increment("root_evaluations")}
+  call void @load_state(double %t, ptr %y, ptr %yp, ptr %table)
+{_field("w", "w", "ptr")}{_field("n", "root_count")}{_field("count.calls", "root_call_count")}
+{_field("calls", "root_calls", "ptr")}{_field("shift", "root_shift", "ptr")}
+  %bytes = shl i64 %n, 3
+  call void @llvm.memset.p0.i64(ptr %g, i8 0, i64 %bytes, i1 false)
+  %any = icmp sgt i64 %count.calls, 0
+  br i1 %any, label %loop, label %check
+loop:
+  %i = phi i64 [ 0, %begin ], [ %i.next, %loop ]
+  %at = mul nuw nsw i64 %i, {len(RECORD)}
+  %call = getelementptr inbounds i64, ptr %calls, i64 %at
+{_record("residual")}{_record("count", "i64")}{_record("index")}{_record("target")}
+  call void %residual(i64 %count, ptr %w, ptr %index, ptr %target, ptr %g)
+  %i.next = add nuw nsw i64 %i, 1
+  %more = icmp slt i64 %i.next, %count.calls
+  br i1 %more, label %loop, label %check
+check:
+  %some = icmp sgt i64 %n, 0
+  br i1 %some, label %scan, label %good
+scan:
+  %k = phi i64 [ 0, %check ], [ %k.next, %scan ]
+  %bad = phi i64 [ 0, %check ], [ %bad.next, %scan ]
+  %shift.k = getelementptr inbounds double, ptr %shift, i64 %k
+  %s = load double, ptr %shift.k, align 8
+  %cell = getelementptr inbounds double, ptr %g, i64 %k
+  %v = load double, ptr %cell, align 8
+  %shifted = fadd double %v, %s
+  store double %shifted, ptr %cell, align 8
+  %bits = bitcast double %shifted to i64
+  %exponent = and i64 %bits, 9218868437227405312
+  %special = icmp eq i64 %exponent, 9218868437227405312
+  %flag = zext i1 %special to i64
+  %bad.next = or i64 %bad, %flag
+  %k.next = add nuw nsw i64 %k, 1
+  %k.more = icmp slt i64 %k.next, %n
+  br i1 %k.more, label %scan, label %verdict
+verdict:
+  %status = trunc i64 %bad.next to i32
   ret i32 %status
-}}
-
-define i32 @acausal_ida_jacobian_sparse({_IDA_ARGUMENTS}) nounwind {{
-{_VECTORS}
-{_field("matrix.data", "matrix_data", "ptr")}{_field("matrix.pointers", "matrix_pointers", "ptr")}
-{_field("matrix.indices", "matrix_indices", "ptr")}
-{_field("pointers", "solver_pointers", "ptr")}{_field("pointers.bytes", "solver_pointers_bytes")}
-{_field("indices", "solver_indices", "ptr")}{_field("indices.bytes", "solver_indices_bytes")}
-  %data = call ptr %matrix.data(ptr %matrix)
-  %to.pointers = call ptr %matrix.pointers(ptr %matrix)
-  %to.indices = call ptr %matrix.indices(ptr %matrix)
-  call void @llvm.memcpy.p0.p0.i64(ptr %to.pointers, ptr %pointers, i64 %pointers.bytes, i1 false)
-  call void @llvm.memcpy.p0.p0.i64(ptr %to.indices, ptr %indices, i64 %indices.bytes, i1 false)
-  %status = call i32 @acausal_jacobian(double %t, double %cj, ptr %y.data, ptr %yp.data,
-                                       ptr %data, ptr %table)
-  ret i32 %status
-}}
-
-define i32 @acausal_ida_jacobian_dense({_IDA_ARGUMENTS}) nounwind {{
-{_VECTORS}
-{_field("matrix.data", "matrix_data", "ptr")}
-  %data = call ptr %matrix.data(ptr %matrix)
-  %status = call i32 @acausal_jacobian_dense(double %t, double %cj, ptr %y.data, ptr %yp.data,
-                                             ptr %data, ptr %table)
-  ret i32 %status
+good:
+  ret i32 0
 }}
 """
 
@@ -306,5 +308,5 @@ declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)
 """
 
 DRIVER_TEXT: Final = "".join(
-    (_DECLARATIONS, _LOAD_STATE, _RESIDUAL, _ADD_PARTIALS, _FILL, _JACOBIAN, _DENSE, _IDA)
+    (_DECLARATIONS, _LOAD_STATE, _RESIDUAL, _ADD_PARTIALS, _FILL, _JACOBIAN, _DENSE, _ROOTS)
 )

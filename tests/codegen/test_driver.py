@@ -1,14 +1,14 @@
-"""The native driver: residual, Jacobian and SUNDIALS callbacks of whole problems."""
+"""The native driver: residual, Jacobian and roots of whole problems."""
 
 from __future__ import annotations
 
-import ctypes
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.sparse import csc_matrix
 
-from acausal.assembly.problem import DAEProblem, KernelCall
+from acausal.assembly.problem import DAEProblem, KernelCall, RootProblem
 from acausal.codegen.driver import NativeProblem
 from acausal.codegen.kernels import compile_kernels
 from acausal.expressions.build import call, div, mul, power, sub
@@ -177,60 +177,51 @@ def test_problem_without_kernels():
     assert ZERO.value == 0.0
 
 
-# SUNDIALS callbacks, with stand-ins for the accessor functions of the library ------------------
-
-_ACCESSOR = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_void_p)
-_JACOBIAN_FUNCTION = ctypes.CFUNCTYPE(
-    ctypes.c_int, ctypes.c_double, ctypes.c_double, *[ctypes.c_void_p] * 8
-)
-_RESIDUAL_FUNCTION = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double, *[ctypes.c_void_p] * 4)
+# Root functions -------------------------------------------------------------------------------
 
 
-def _accessor(field: int):
-    """Return a function that reads a pointer from a record of pointers."""
-    return _ACCESSOR(lambda record: ctypes.cast(record, ctypes.POINTER(ctypes.c_void_p))[field])
+def with_roots(problem: DAEProblem, shift: np.ndarray) -> DAEProblem:
+    """Add ``y_k - 0.5`` for every unknown, numbered backwards, and last ``t - y'_0``."""
+    n = problem.n
+    level, clock = compile_kernels([(sub(S[0], const(0.5)), ()), (sub(TIME, S[0]), ())])
+    none = np.zeros((0, n), np.int32)
+    calls = (
+        KernelCall(
+            level,
+            (2 + np.arange(n, dtype=np.int32))[None],
+            np.arange(n, dtype=np.int32)[::-1].copy(),
+            none,
+        ),
+        KernelCall(clock, np.array([[2 + n]], np.int32), np.array([n], np.int32), none[:, :1]),
+    )
+    return replace(problem, roots=RootProblem(n + 1, calls, shift))
 
 
-def _address(function: object) -> int:
-    return ctypes.cast(function, ctypes.c_void_p).value
+def test_roots_are_values_plus_shifts():
+    n = 5
+    shift = np.linspace(0.0, 1.0, n + 1)
+    native = NativeProblem(with_roots(chain(n), shift))
+    assert native.root_count == n + 1
+    y, yp, out = np.arange(n) * 0.3, np.arange(n) + 2.0, np.full(n + 1, 7.0)
+    assert native.roots(0.25, y, yp, out) == 0
+    np.testing.assert_allclose(out, np.append((y - 0.5)[::-1], 0.25 - 2.0) + shift, rtol=1e-15)
+    shift[2] += 10.0
+    before = out.copy()
+    native.roots(0.25, y, yp, out)
+    np.testing.assert_allclose(out - before, [0, 0, 10, 0, 0, 0], atol=1e-14)
 
 
-def _record(*arrays: np.ndarray) -> np.ndarray:
-    return np.array([array.ctypes.data for array in arrays], dtype=np.int64)
+def test_roots_tell_that_they_are_not_finite():
+    native = NativeProblem(with_roots(chain(3), np.zeros(4)))
+    y, yp, out = np.array([0.0, np.nan, 1.0]), np.zeros(3), np.zeros(4)
+    assert native.roots(0.0, y, yp, out) == 1
+    np.testing.assert_array_equal(np.isfinite(out), [True, False, True, True])
 
 
-@pytest.mark.parametrize("bits", [32, 64])
-def test_ida_callbacks(bits: int):
-    n = 6
-    problem = chain(n)
-    native = NativeProblem(problem)
-    kind = np.dtype(f"int{bits}")
-    data, pointers, indices = _accessor(0), _accessor(1), _accessor(2)
-    native.bind_sundials(*map(_address, (data, data, pointers, indices)), index_bits=bits)
-    rng = np.random.default_rng(0)
-    y, yp, r = rng.normal(size=n), rng.normal(size=n), np.zeros(n)
-    vectors = [_record(array) for array in (y, yp, r)]
-    arguments = [vector.ctypes.data for vector in vectors]
-    residual = _RESIDUAL_FUNCTION(native.ida_residual_address)
-    assert residual(0.4, *arguments, native.table_address) == 0
-    c, resistance = problem.w[problem.parameter_position :][:n], problem.w[-1]
-    expected, matrix, mass = chain_reference(n, 0.4, y, yp, c, resistance)
-    np.testing.assert_allclose(r, expected, rtol=1e-13)
-
-    values = np.zeros(problem.nnz)
-    written = np.zeros(n + 1, dtype=kind), np.zeros(problem.nnz, dtype=kind)
-    sparse = _record(values, *written)
-    jacobian = _JACOBIAN_FUNCTION(native.ida_jacobian_sparse_address)
-    tail = (native.table_address, None, None, None)
-    assert jacobian(0.4, 30.0, *arguments, sparse.ctypes.data, *tail) == 0
-    full = csc_matrix((values, written[1], written[0]), shape=(n, n)).toarray()
-    np.testing.assert_allclose(full, matrix + 30.0 * mass, rtol=1e-13)
-
-    columns = np.zeros((n, n))
-    dense = _record(columns)
-    jacobian = _JACOBIAN_FUNCTION(native.ida_jacobian_dense_address)
-    assert jacobian(0.4, 30.0, *arguments, dense.ctypes.data, *tail) == 0
-    np.testing.assert_allclose(columns.T, matrix + 30.0 * mass, rtol=1e-13)
-    native.request_stop()
-    assert residual(0.4, *arguments, native.table_address) == -1
-    assert jacobian(0.4, 30.0, *arguments, dense.ctypes.data, *tail) == -1
+def test_every_root_needs_one_kernel():
+    problem = with_roots(chain(3), np.zeros(4))
+    problem.roots.calls[1].target[0] = 2
+    with pytest.raises(ValueError, match="exactly one"):
+        NativeProblem(problem)
+    with pytest.raises(ValueError, match="shift"):
+        NativeProblem(with_roots(chain(3), np.zeros(3)))
