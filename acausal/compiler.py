@@ -83,6 +83,7 @@ def compile_class(
     from acausal.diagnosis.floating import refuse_floating
     from acausal.diagnosis.singular import explain_singularity
     from acausal.elimination.eliminate import eliminate
+    from acausal.events.lowering import lower_events
     from acausal.flattening.flatten import flatten
     from acausal.flattening.open_inputs import refuse_open_inputs
     from acausal.instantiation.instantiate import instantiate
@@ -100,6 +101,8 @@ def compile_class(
         refuse_open_inputs(flattened)
         refuse_floating(flattened)
         flattened.forget_junctions()
+    with stages.timed("events"):
+        flattened.model = lower_events(flattened.model)
     with stages.timed("eliminate"):
         elimination = stages.elimination = eliminate(flattened.model)
         reduced = elimination.model

@@ -15,6 +15,7 @@ from acausal.elimination.alias_rows import (
     without_zeros,
 )
 from acausal.elimination.attributes import merged_attributes
+from acausal.elimination.carried import named_variables, restored
 from acausal.elimination.families import row_counts, use_counts, used_variables, variable_slots
 from acausal.elimination.locals import choose_definitions, put_in
 from acausal.elimination.outputs import sweep_outputs
@@ -115,7 +116,7 @@ def eliminate(
     kept = np.zeros(model.variables.count, dtype=np.bool_)
     whole = whole_model(model)
     whole = _merged_once(whole, model.names) or whole
-    parameters = model.parameters if divide_by_parameters else None
+    parameters = _divisible(model) if divide_by_parameters else None
     while True:
         # Most variables and rows are gone now. What is left is numbered anew for the rounds. It is
         # made again in the rare case that it is needed twice: it takes more memory than time.
@@ -126,7 +127,8 @@ def eliminate(
             rounds += 1
             progress, system = _without_aliases(system, model.names)
             if explicit_locals:
-                changed, system = _without_locals(system, kept[system.ids], parameters)
+                named = named_variables(model, system.others, system.n_variables)
+                changed, system = _without_locals(system, kept[system.ids] | named, parameters)
                 progress = progress or changed
         assert system.ids is not None
         needed = system.ids[_definitions_of_lost_derivatives(system)]
@@ -135,6 +137,15 @@ def eliminate(
             del system, whole
             return _finish(model, final, rounds)
         kept[needed] = True
+
+
+def _divisible(model: FlatModel) -> NDArray[np.float64]:
+    """Return the parameters with those that change at events as NaN: no divisors."""
+    if model.hybrid is None:
+        return model.parameters
+    parameters = model.parameters.copy()
+    parameters[model.hybrid.first :] = np.nan
+    return parameters
 
 
 def _definitions_of_lost_derivatives(system: System) -> Ids:
@@ -296,6 +307,8 @@ def _finish(model: FlatModel, system: System, rounds: int) -> Elimination:
     standing = (*families, *(family for group in system.others for family in group))
     used = used_variables(standing, n)
     active = own & (system.sign != 0) & ~system.defined
+    if model.hybrid is not None:
+        active &= model.hybrid.place < 0
     # A derivative that nothing uses any more is no unknown.
     derivative = system.derivative.copy()
     mothers = np.flatnonzero(derivative >= 0)
@@ -310,19 +323,12 @@ def _finish(model: FlatModel, system: System, rounds: int) -> Elimination:
         mothers = np.flatnonzero(derivative >= 0)
         derivative[mothers[idle[derivative[mothers]]]] = -1
 
-    initial, *assertions = system.others
     reduced = replace(
-        model,
+        restored(model, system.others, families),
         variables=system.variables,
         derivative=derivative,
         families=families,
         n_rows=row_of.shape[0],
-        initial=initial,
-        assertions=tuple(
-            replace(assertion, family=part)
-            for assertion, parts in zip(model.assertions, assertions, strict=True)
-            for part in parts
-        ),
     )
     zeros = int((system.sign == 0).sum())
     statistics = Counts(

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.elimination.carried import carried
 from acausal.elimination.families import row_counts, used_variables, variable_slots
 from acausal.elimination.rewriting import split_duplicates
 from acausal.elimination.signed_components import Signs
@@ -29,7 +30,7 @@ class System:
 
     Attributes:
         families: Families of the rows.
-        others: Families that follow but make no row: initial equations, assertions.
+        others: Families that follow but make no row, see :mod:`acausal.elimination.carried`.
         definitions: Definitions by batch, in order of evaluation; ``rows`` holds variables.
         divisors: What definitions divide by.
         variables: Attributes.
@@ -78,9 +79,14 @@ def whole_model(model: FlatModel) -> System:
             parts += split_duplicates(renumbered(family, family.template))
         return merge_families(parts)
 
+    families = tidy(model.families)
+    removed = np.zeros(model.n_rows, dtype=np.bool_)
+    if model.hybrid is not None:
+        # Rows between discrete variables became assignments.
+        removed = row_counts(families, model.n_rows) == 0
     return System(
-        tidy(model.families),
-        (model.initial, *((assertion.family,) for assertion in model.assertions)),
+        families,
+        carried(model),
         (),
         (),
         model.variables,
@@ -88,7 +94,7 @@ def whole_model(model: FlatModel) -> System:
         None,
         np.ones(n, dtype=np.int8),
         np.zeros(n, dtype=np.bool_),
-        np.zeros(model.n_rows, dtype=np.bool_),
+        removed,
         (),
         None,
         None,

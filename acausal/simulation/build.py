@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from acausal.elimination.eliminate import Elimination
@@ -29,6 +31,9 @@ def build_system(
     unknown = chains.members[chains.order[chains.members] <= offsets.d[chains.base[chains.members]]]
     active[unknown] = True
     new = np.arange(model.variables.count, n)
+    hybrid = model.hybrid
+    if hybrid is not None:
+        hybrid = replace(hybrid, place=np.concatenate([hybrid.place, np.full(len(new), -1)]))
     return System(
         model.name,
         model.description,
@@ -47,4 +52,5 @@ def build_system(
         np.concatenate([elimination.sign, np.ones(len(new), np.int8)]),
         elimination.definitions,
         differentiation_index(offsets),
+        hybrid,
     )
