@@ -21,6 +21,10 @@ PACKAGES = [
         "electrical.",
     ),
     (
+        r"Electrical\.Digital\.(Interfaces|Basic|Gates|Delay|Converters|Sources)\.",
+        "electrical.digital.",
+    ),
+    (
         r"Mechanics\.Translational\.(Interfaces|Components|Sources|Sensors)\.",
         "mechanical.translational.",
     ),
@@ -57,6 +61,8 @@ def expression(text: str) -> str:
     for pattern, ours in PACKAGES:
         text = re.sub(r"\bModelica\." + pattern, ours, text)
     text = text.replace("Modelica.Electrical.Machines.Thermal.Constants.alpha20Copper", "3.92e-3")
+    text = text.replace("Examples.Utilities.Generate", "mechanical.translational.Generate")
+    text = re.sub(r"(?<![\w.])L\.(?=')", "electrical.digital.Logic.", text)
     text = re.sub(r"(?<![\w.])pi\b", "constants.pi", text)
     return re.sub(r"(?<![\w.])Init\.", "blocks.Init.", text)
 
@@ -75,20 +81,29 @@ def modifiers(arguments: dict[str, Any]) -> str:
     return f"({', '.join(parts)})" if parts else ""
 
 
+def parameter_type(name: str, value: str) -> str:
+    """Return the type of a parameter of an example, which its description does not name."""
+    if re.match(r"L\.'", value):
+        return "electrical.digital.Logic"
+    return "Integer" if name == "N" else "Real"
+
+
 def model(name: str, content: dict[str, Any]) -> str:
     """Return the text of one model."""
     description = content.get("description", "part of the example below")
     lines = [f'model {name} "{description}"']
     # A parameter that is solved for at the start only displays a result; its equation goes with it.
-    solved = {k for k, v in content["parameters"].items() if isinstance(v, dict)}
+    solved = {k for k, v in content["parameters"].items() if isinstance(v, dict) and "fixed" in v}
     starts = [e for e in content["initial_equations"] if e.split("=")[0] not in solved]
     for key, value in content["parameters"].items():
         if key in solved:
             continue
         if value is None:
             lines.append(f"  parameter Real {key};")
-        else:
-            lines.append(f"  parameter Real {key} = {expression(value)};")
+            continue
+        # What only has a start value is meant to be given where the class is used.
+        value = value["start"] if isinstance(value, dict) else value
+        lines.append(f"  parameter {parameter_type(key, value)} {key} = {expression(value)};")
     for component in content["components"]:
         lines.append(
             f"  {type_name(component['type'])} {component['name']}"
@@ -119,7 +134,12 @@ def model(name: str, content: dict[str, Any]) -> str:
 def translate(description: dict[str, Any], subcircuits: dict[str, Any]) -> str:
     """Return the text of a file with the example and the sub-circuits it is made of."""
     parts = [f"// {description['model']}, {description['library']}\n"]
-    for full_name in dict.fromkeys(description["subcircuits"]):
+    names = list(dict.fromkeys(description["subcircuits"]))
+    for full_name in names:
+        # A sub-circuit can be made of others.
+        for component in subcircuits[full_name]["components"]:
+            if component["type"] in subcircuits and component["type"] not in names:
+                names.append(component["type"])
         parts.append(model(circuit_name(full_name), subcircuits[full_name]))
     parts.append(model(description["model"].rsplit(".", 1)[-1], description))
     return "\n".join(parts)
