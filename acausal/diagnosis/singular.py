@@ -6,6 +6,7 @@ import numpy as np
 
 from acausal.diagnostics import AcausalError, Diagnostic, Label
 from acausal.elimination.eliminate import Elimination
+from acausal.elimination.families import row_counts
 from acausal.flattening.flatten import Flattened
 from acausal.flattening.model import FlatModel, Ids, Operand, RowKind
 from acausal.structural.incidence import Chains
@@ -45,17 +46,21 @@ def describe_rows(flattened: Flattened, rows: Ids) -> list[tuple[str, Label | No
 def unbalanced(flattened: Flattened) -> AcausalError | None:
     """Return the error for a model whose equations and unknowns differ in number."""
     model = flattened.model
-    unknowns = flattened.numbering.n_declared
-    if model.n_rows == unknowns:
+    unknowns, n_rows = flattened.numbering.n_declared, model.n_rows
+    if model.hybrid is not None:
+        # Discrete variables have been found to have one equation each.
+        unknowns -= int((model.hybrid.place >= 0).sum())
+        n_rows = int(np.count_nonzero(row_counts(model.families, n_rows)))
+    if n_rows == unknowns:
         return None
-    few = model.n_rows < unknowns
+    few = n_rows < unknowns
     return AcausalError(
         [
             Diagnostic(
                 "B101" if few else "B102",
-                f"{model.name} has {model.n_rows} equations for {unknowns} unknowns",
+                f"{model.name} has {n_rows} equations for {unknowns} unknowns",
                 flattened.numbering.groups[-1].template.span,
-                notes=(f"{abs(model.n_rows - unknowns)} too {'few' if few else 'many'}, "
+                notes=(f"{abs(n_rows - unknowns)} too {'few' if few else 'many'}, "
                        "junctions counted",),
                 help=(
                     "add the missing equations" if few else "remove the equations that are too many"
