@@ -21,6 +21,19 @@ _TOGETHER = 4_000_000
 
 
 @dataclass(frozen=True)
+class Held:
+    """Held values of several points in time.
+
+    Attributes:
+        values: The values that occur, shape ``(k, h)``.
+        which: The row of each point, shape ``(nt,)``.
+    """
+
+    values: NDArray[np.float64]
+    which: Ids
+
+
+@dataclass(frozen=True)
 class Observer:
     """Computes eliminated variables.
 
@@ -30,6 +43,9 @@ class Observer:
         sign: 1, -1 or 0, shape ``(n,)``.
         definitions: Families that define eliminated variables, in order of evaluation.
         parameters: Values of the parameters.
+        first_held: Number of parameters that never change; the others are held values.
+        held_place: Held position of each variable that only changes at events, -1 for others,
+            shape ``(n,)``; None if there are none.
     """
 
     layout: Layout
@@ -37,6 +53,8 @@ class Observer:
     sign: NDArray[np.int8]
     definitions: tuple[EquationFamily, ...]
     parameters: NDArray[np.float64]
+    first_held: int = -1
+    held_place: Ids | None = None
 
     @cached_property
     def places(self) -> Ids:
@@ -45,6 +63,9 @@ class Observer:
         if self.definitions:
             defined = np.unique(np.concatenate([f.rows for f in self.definitions]))
             place[defined] = self.layout.observables + np.arange(len(defined))
+        if self.held_place is not None:
+            held = np.flatnonzero(self.held_place >= 0)
+            place[held] = self.layout.parameters + self.first_held + self.held_place[held]
         return place
 
     @cached_property
@@ -65,7 +86,11 @@ class Observer:
         return bool(self.sign[variable]) and place >= self.layout.observables
 
     def _all_points(
-        self, times: NDArray[np.float64], y: NDArray[np.float64], yp: NDArray[np.float64]
+        self,
+        times: NDArray[np.float64],
+        y: NDArray[np.float64],
+        yp: NDArray[np.float64],
+        held: Held | None,
     ) -> NDArray[np.float64]:
         """Return the extended work vectors of all points, shape ``(nt, size)``."""
         n = self.layout.n
@@ -74,6 +99,9 @@ class Observer:
         w[:, Y_POSITION : Y_POSITION + n] = y
         w[:, Y_POSITION + n : Y_POSITION + 2 * n] = yp
         w[:, self.layout.parameters : self.layout.observables] = self.parameters
+        if held is not None:
+            first = self.layout.parameters + self.first_held
+            w[:, first : self.layout.observables] = held.values[held.which]
         for family in self.definitions:
             index = self._index(family)
 
@@ -106,6 +134,7 @@ class Observer:
         times: NDArray[np.float64],
         y: NDArray[np.float64],
         yp: NDArray[np.float64],
+        held: Held | None = None,
     ) -> NDArray[np.float64]:
         """Return trajectories of variables, shape ``(nt, len(variables))``.
 
@@ -114,6 +143,7 @@ class Observer:
             times: Shape ``(nt,)``.
             y: Unknowns, shape ``(nt, n)``.
             yp: Derivatives, shape ``(nt, n)``.
+            held: Held values; None if there are none.
         """
         ids = np.asarray(variables, np.int64)
         place = self.places[self.representative[ids]]
@@ -123,12 +153,15 @@ class Observer:
         result = np.zeros((len(times), len(ids)))
         if (place >= self.layout.observables).any():
             if len(times) * self._size <= _TOGETHER:
-                return self._all_points(times, y, yp)[:, place] * sign
+                return self._all_points(times, y, yp, held)[:, place] * sign
             # Point by point: a work vector of a large model does not fit as often as there are
             # points in time.
             w = np.zeros(self._size)
             w[self.layout.parameters : self.layout.observables] = self.parameters
+            first = self.layout.parameters + self.first_held
             for k, t in enumerate(times):
+                if held is not None:
+                    w[first : self.layout.observables] = held.values[held.which[k]]
                 w[self.layout.observables :] = 0.0
                 w[TIME_POSITION] = t
                 w[Y_POSITION : Y_POSITION + n] = y[k]
@@ -136,8 +169,11 @@ class Observer:
                 self._compute(w)
                 result[k] = w[place]
         else:
+            first = self.layout.parameters + self.first_held
             for column, p in enumerate(place):
-                if p >= Y_POSITION + n:
+                if held is not None and p >= first:
+                    result[:, column] = held.values[held.which, p - first]
+                elif p >= Y_POSITION + n:
                     result[:, column] = yp[:, p - Y_POSITION - n]
                 elif p >= Y_POSITION:
                     result[:, column] = y[:, p - Y_POSITION]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from acausal.diagnostics import Diagnostic, Severity
 from acausal.expressions.evaluate import evaluate
-from acausal.flattening.model import Assertion, Operand
+from acausal.flattening.model import Assertion, Ids, Operand
 from acausal.simulation.system import System
 from acausal.simulation.trajectories import Segment
 
@@ -39,6 +39,18 @@ def violations(system: System, segments: list[Segment], warned: set[int]) -> lis
     return found
 
 
+def _parameters(system: System, segment: Segment, ids: Ids) -> Array:
+    """Return parameters, held values among them, shape ``(nt or 1, len(ids))``."""
+    values: Array = system.parameters[ids][None, :]
+    if segment.held is None or system.hybrid is None:
+        return values
+    held = ids >= system.hybrid.first
+    if held.any():
+        values = np.repeat(values, len(segment.times), axis=0)
+        values[:, held] = segment.held.values[segment.held.which][:, ids[held] - system.hybrid.first]
+    return values
+
+
 def _violation(system: System, assertion: Assertion, segment: Segment) -> Diagnostic | None:
     family = assertion.family
     if family.count * len(segment.times) * max(1, len(family.kinds)) > _LARGEST:
@@ -47,9 +59,11 @@ def _violation(system: System, assertion: Assertion, segment: Segment) -> Diagno
     for k, kind in enumerate(family.kinds):
         ids = family.operands[k]
         if kind == Operand.VARIABLE:
-            values[k] = segment.observer.values(ids.tolist(), segment.times, segment.y, segment.yp)
+            values[k] = segment.observer.values(
+                ids.tolist(), segment.times, segment.y, segment.yp, segment.held
+            )
         else:
-            values[k] = system.parameters[ids][None, :]
+            values[k] = _parameters(system, segment, ids)
 
     def operand(key: Hashable) -> Array:
         assert isinstance(key, int)

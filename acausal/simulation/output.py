@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.assembly.observe import Observer
+from acausal.assembly.observe import Held, Observer
 from acausal.diagnostics import fail
 from acausal.flattening.model import Ids
 from acausal.simulation.request import DEFAULT_POINTS, Request
@@ -48,6 +48,9 @@ def output_times(request: Request, start: float, stop: float) -> Array:
 class Recorder:
     """Collects points into segments; keeps only chosen variables if so asked.
 
+    Points come in pieces of any size, one at a time around events; a segment is made of all that
+    share an observer.
+
     Attributes:
         chosen: Ids to keep, ascending, or None for everything.
         segments: The finished segments.
@@ -55,20 +58,60 @@ class Recorder:
 
     chosen: Ids | None
     segments: list[Segment]
+    _observer: Observer | None = None
+    _times: list[Array] = field(default_factory=list)
+    _y: list[Array] = field(default_factory=list)
+    _yp: list[Array] = field(default_factory=list)
+    _which: list[int] = field(default_factory=list)
+    _held: list[Array] = field(default_factory=list)
+    _size: int = 0
+
+    def hold(self, held: Array) -> None:
+        """Take held values for all points from now on."""
+        if not self._held or not np.array_equal(self._held[-1], held):
+            self._held.append(held.copy())
 
     def store(self, observer: Observer, times: Array, y: Array, yp: Array) -> None:
         """Store points of one layout; the arrays are kept, not copied."""
         if not len(times):
             return
-        if self.chosen is None:
-            self.segments.append(Segment(observer, times, y, yp))
+        if observer is not self._observer or self._size > CHUNK:
+            self.flush()
+            self._observer = observer
+        self._times.append(times)
+        self._y.append(y)
+        self._yp.append(yp)
+        self._which.append(len(self._held) - 1)
+        self._size += y.size + yp.size if self.chosen is not None else 0
+
+    def flush(self) -> None:
+        """Make a segment of what has come so far."""
+        if self._observer is None or not self._times:
             return
-        values = observer.values(self.chosen.tolist(), times, y, yp)
-        empty = np.zeros((len(times), 0))
-        self.segments.append(Segment(observer, times, empty, empty, values))
+        times, y, yp = (_joined(parts) for parts in (self._times, self._y, self._yp))
+        held = None
+        if self._held:
+            counts = [len(part) for part in self._times]
+            first = self._which[0]
+            which = np.repeat(np.array(self._which) - first, counts)
+            held = Held(np.stack(self._held[first:]), which)
+            del self._held[:-1]
+        if self.chosen is None:
+            self.segments.append(Segment(self._observer, times, y, yp, None, held))
+        else:
+            values = self._observer.values(self.chosen.tolist(), times, y, yp, held)
+            empty = np.zeros((len(times), 0))
+            self.segments.append(Segment(self._observer, times, empty, empty, values))
+        for parts in (self._times, self._y, self._yp, self._which):
+            parts.clear()
+        self._size = 0
 
     def chunk(self, n: int) -> int:
         """Return how many points of ``2 n`` numbers are integrated at a time."""
         if self.chosen is None:
             return MOST_POINTS
         return max(2, CHUNK // max(1, 2 * n))
+
+
+def _joined(parts: list[Array]) -> Array:
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)

@@ -1,44 +1,72 @@
-"""Consistent values at the start and after an event."""
+"""Consistent values at the start, discrete ones included."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from acausal.diagnostics import Diagnostic
 from acausal.flattening.model import Ids
-from acausal.initialization.start import consistent_restart, initialize
+from acausal.initialization.start import initialize
+from acausal.simulation.continuous_values import VALUES, StartValues, start_vector
+from acausal.simulation.event_iteration import Endless, EventIteration
+from acausal.simulation.event_kernels import EventKernels
+from acausal.simulation.event_messages import endless
+from acausal.simulation.relations import Relations, relations_of
 from acausal.simulation.states import StateSelector
 from acausal.simulation.system import System
 
 Array = NDArray[np.float64]
 
 
-def start_values(
-    system: System, selector: StateSelector, time: float
-) -> tuple[Ids, Array, tuple[Diagnostic, ...]]:
-    """Find the states and consistent values of all ids at the start.
+@dataclass(frozen=True)
+class Begin:
+    """Where a run begins.
+
+    Attributes:
+        states: Ids of the states.
+        values: Values of all ids, shape ``(N,)``.
+        parameters: Parameters and held values, shape ``(p,)``.
+        relations: The relations, None in a model without events.
+        warnings: What the user should look at.
+    """
+
+    states: Ids
+    values: Array
+    parameters: Array
+    relations: Relations | None
+    warnings: tuple[Diagnostic, ...]
+
+
+def start_values(system: System, selector: StateSelector, time: float) -> Begin:
+    """Find the states and consistent values of everything at the start.
 
     The states are chosen at the start guesses first, since which start values count depends on
     them, and looked at again at the consistent values.
 
-    Returns:
-        States, values of shape ``(N,)``, and warnings.
-
     Raises:
-        AcausalError: ``I0xx`` if there is no consistent start.
+        AcausalError: ``I0xx`` if there is no consistent start, ``E0xx`` if the discrete
+            equations do not settle.
     """
-    guess = system.variables.start
-    states = selector.first(guess, time)
-    start = initialize(system.start_system(states), time)
-    better = selector.better(start.values, time)
-    return (states if better is None else better), start.values, start.warnings
-
-
-def restart_values(system: System, states: Ids, values: Array, time: float) -> Array:
-    """Return consistent values with the states as they are.
-
-    Raises:
-        AcausalError: ``I0xx`` if there are none.
-    """
-    return consistent_restart(system.start_system(states), values, time, states)
+    states = selector.first(system.variables.start, time)
+    if system.hybrid is None:
+        start = initialize(system.start_system(states), time)
+        better = selector.better(start.values, time)
+        found = states if better is None else better
+        return Begin(found, start.values, system.parameters, None, start.warnings)
+    relations = relations_of(system.hybrid)
+    w = start_vector(system)
+    n = len(system.active)
+    kernels = EventKernels(system.hybrid, relations, w, VALUES + np.arange(n), VALUES + n)
+    values = StartValues(system, states, w)
+    try:
+        EventIteration(kernels).first(values, time)
+    except Endless as reason:
+        raise endless(system, kernels, reason, values.values, time) from None
+    parameters = w[VALUES + n :].copy()
+    selector.hold(parameters)
+    better = selector.better(values.values, time)
+    found = states if better is None else better
+    return Begin(found, values.values.copy(), parameters, relations, values.warnings)

@@ -63,12 +63,21 @@ class StateSelector:
         jacobian, constant = highest_jacobian(
             families, system.differentiated.chains, system.offsets, system.entries, values,
             system.parameters, time,
+            None if system.hybrid is None else system.hybrid.first,
         )  # fmt: skip
         self.selection = select_states(
             system.differentiated.chains, system.offsets, system.entries, jacobian,
             system.variables.state_select, system.variables.nominal, constant,
         )  # fmt: skip
         return self.selection.states
+
+    def hold(self, parameters: Array) -> None:
+        """Take other parameters and held values."""
+        if not self.has_alternatives:
+            return
+        equations = self._problem[0]
+        layout = equations.layout
+        equations.w[layout.first_parameter : layout.last] = parameters
 
     def better(self, values: Array, time: float, force: bool = False) -> Ids | None:
         """Return better states if there are such, else None.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.assembly.observe import Observer
+from acausal.assembly.observe import Held, Observer
 from acausal.flattening.model import Ids, Names
 
 Array = NDArray[np.float64]
@@ -24,6 +24,7 @@ class Segment:
         y: Unknowns, shape ``(nt, n)``; without columns if only chosen variables are kept.
         yp: Derivatives, likewise.
         chosen: Values of the chosen variables, shape ``(nt, k)``, or None.
+        held: Held values, None if the model has none or only chosen variables are kept.
     """
 
     observer: Observer
@@ -31,6 +32,7 @@ class Segment:
     y: Array
     yp: Array
     chosen: Array | None = None
+    held: Held | None = None
 
 
 @dataclass
@@ -101,7 +103,11 @@ class Trajectories:
         parts = []
         for segment in self.segments:
             if self.chosen is None:
-                parts.append(segment.observer.values(ids, segment.times, segment.y, segment.yp))
+                parts.append(
+                    segment.observer.values(
+                        ids, segment.times, segment.y, segment.yp, segment.held
+                    )
+                )
             else:
                 places = np.searchsorted(self.chosen, ids)
                 bad = (places >= len(self.chosen)) | (

@@ -69,6 +69,7 @@ def highest_jacobian(
     values: Values,
     parameters: Values,
     time: float = 0.0,
+    first_held: int | None = None,
 ) -> tuple[Values, Mask]:
     """Evaluate the entries with NumPy.
 
@@ -80,9 +81,10 @@ def highest_jacobian(
         values: Values of the original variables, shape ``(n,)``.
         parameters: Values of the parameters, shape ``(p,)``.
         time: Time, s.
+        first_held: Parameters from here on change at events; None if none do.
 
     Returns:
-        The entries' values (NaN where undefined), and which of them depend on parameters only.
+        The entries' values (NaN where undefined), and which of them never change.
     """
     result = np.zeros(entries.rows.shape[0])
     constant = np.ones(entries.rows.shape[0], np.bool_)
@@ -122,7 +124,11 @@ def highest_jacobian(
             at = np.searchsorted(keys, rows[members] * n_bases + bases)
             np.add.at(result, at, evaluate(partial, operand, time))
             varies = depends_on(partial, TIME) or any(
-                isinstance(key, int) and family.kinds[key] == Operand.VARIABLE
+                isinstance(key, int)
+                and (
+                    family.kinds[key] == Operand.VARIABLE
+                    or (first_held is not None and bool((columns[key] >= first_held).any()))
+                )
                 for key in slots(partial)
             )
             if varies:

@@ -1,0 +1,182 @@
+"""The continuous equations at one instant: at the start, and at events of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.assembly.layout import Layout, unknowns_of, values_of
+from acausal.assembly.problem import TIME_POSITION, Y_POSITION
+from acausal.diagnostics import Diagnostic, fail
+from acausal.flattening.model import Hybrid, Ids
+from acausal.initialization.start import Restart, Start, initialize, prepare_restart
+from acausal.simulation.system import System
+from acausal.solvers.protocol import Integrator
+
+Array = NDArray[np.float64]
+
+#: The first position of the values of ids in the work vector of the first instant.
+VALUES = 2
+
+
+def start_vector(system: System) -> Array:
+    """Return the work vector ``[0, t, values of all ids, parameters]`` of the first instant."""
+    n = len(system.active)
+    w = np.zeros(VALUES + n + len(system.parameters))
+    w[VALUES : VALUES + n] = system.variables.start
+    w[VALUES + n :] = system.parameters
+    return w
+
+
+class StartValues:
+    """The first instant: all unknowns are sought, from the start values.
+
+    Attributes:
+        start: The last solution.
+    """
+
+    def __init__(self, system: System, states: Ids, w: Array) -> None:
+        self._system = system
+        self._start_system = system.start_system(states)
+        self._w = w
+        self._n = len(system.active)
+        self._solved_for: Array | None = None
+        self.start: Start | None = None
+
+    @property
+    def values(self) -> Array:
+        """Values of all ids, a view, shape ``(N,)``."""
+        return self._w[VALUES : VALUES + self._n]
+
+    def solve(self, time: float) -> None:
+        """Initialise, for what is held now."""
+        parameters = self._w[VALUES + self._n :]
+        if self._solved_for is not None and np.array_equal(parameters, self._solved_for):
+            return
+        self._solved_for = parameters.copy()
+        self.start = initialize(
+            replace(self._start_system, parameters=self._solved_for), time
+        )
+        self._w[TIME_POSITION] = time
+        self.values[:] = self.start.values
+
+    def reinit(self, acting: Ids, values: Array, time: float) -> None:
+        """Give states their new values; everything else follows from the states."""
+        hybrid = self._system.hybrid
+        assert hybrid is not None and self.start is not None
+        found = self.values.copy()
+        for k in acting.tolist():
+            found[hybrid.reinits.states[k]] = hybrid.reinits.signs[k] * values[k]
+        states = np.sort(self._start_system.states)
+        restart = prepare_restart(
+            replace(self._start_system, parameters=self._w[VALUES + self._n :].copy()), states
+        )
+        self.values[:] = restart.solve(found, time)
+        self._solved_for = self._w[VALUES + self._n :].copy()
+
+    @property
+    def warnings(self) -> tuple[Diagnostic, ...]:
+        """What the user should look at."""
+        return () if self.start is None else self.start.warnings
+
+
+class RunValues:
+    """An event of a run: the states stay, everything else is sought again.
+
+    Attributes:
+        y, yp: Values right after the event, each of shape ``(n,)``.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        layout: Layout,
+        states: Ids,
+        w: Array,
+        integrator: Callable[[], Integrator],
+        impact: Callable[[RunValues, Ids, Array, float], None],
+    ) -> None:
+        """Prepare.
+
+        Args:
+            system: The model.
+            layout: Positions.
+            states: Ids of the states.
+            w: Work vector of the problem.
+            integrator: Returns the integrator of the problem.
+            impact: Gives variables new values that constraints tie to others.
+        """
+        self.system = system
+        self.layout = layout
+        self.states = states
+        self.w = w
+        self.y: Array = np.zeros(layout.n)
+        self.yp: Array = np.zeros(layout.n)
+        self._in_w_y = w[Y_POSITION : Y_POSITION + layout.n]
+        self._in_w_yp = w[Y_POSITION + layout.n : Y_POSITION + 2 * layout.n]
+        self._integrator = integrator
+        self._impact = impact
+        self._restart: Restart | None = None
+
+    def take(self, time: float, y: Array, yp: Array) -> None:
+        """Begin with the values at the end of the integration."""
+        self.y[:] = y
+        self.yp[:] = yp
+        self.w[TIME_POSITION] = time
+        self.show()
+
+    def show(self) -> None:
+        """Let the kernels see the values."""
+        self._in_w_y[:] = self.y
+        self._in_w_yp[:] = self.yp
+
+    def solve(self, time: float) -> None:
+        """Find algebraic values and derivatives for what is held now, the states unchanged."""
+        if self._integrator().consistent(time, self.y, self.yp) < 0:
+            self.solve_robustly(time)
+        self.show()
+
+    def solve_robustly(self, time: float) -> None:
+        """The same with damping, homotopy and block by block."""
+        parameters = self.w[self.layout.parameters : self.layout.observables]
+        if self._restart is None:
+            self._restart = prepare_restart(self.system.start_system(self.states), self.states)
+        equations = self._restart.equations
+        first, last = equations.layout.first_parameter, equations.layout.last
+        equations.w[first:last] = parameters
+        self.set_values(self._restart.solve(self.values(), time))
+
+    def values(self) -> Array:
+        """Return the values of all ids, shape ``(N,)``."""
+        return values_of(self.layout, self.y, self.yp)
+
+    def set_values(self, values: Array) -> None:
+        """Set the values of all ids."""
+        self.y[:], self.yp[:] = unknowns_of(self.layout, values)
+
+    def reinit(self, acting: Ids, values: Array, time: float) -> None:
+        """Give variables their new values."""
+        self._impact(self, acting, values, time)
+        self.show()
+
+
+def set_states(run: RunValues, hybrid: Hybrid, acting: Ids, values: Array) -> None:
+    """Give states new values and leave all other states as they are.
+
+    Raises:
+        AcausalError: ``E040`` for a variable that is no state.
+    """
+    reinits = hybrid.reinits
+    for k in acting.tolist():
+        variable = int(reinits.states[k])
+        place = int(run.layout.position[variable]) - Y_POSITION
+        if not 0 <= place < run.layout.n or variable not in run.states:
+            name = run.system.names.variable(int(reinits.wanted[k]))
+            fail("E040", f"reinit of {name}, which is no state",
+                 run.system.names.declaration(int(reinits.wanted[k])),
+                 label="its value follows from other variables",
+                 help="reinit a variable whose derivative stands in an equation")  # fmt: skip
+        run.y[place] = reinits.signs[k] * values[k]

@@ -1,0 +1,210 @@
+"""Events of a run: what the solver or the clock has found is settled, stored, and gone on from."""
+
+from __future__ import annotations
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.diagnostics import AcausalError
+from acausal.flattening.model import Ids
+from acausal.results.result import Ending, Event
+from acausal.simulation.continuous_values import RunValues
+from acausal.simulation.event_iteration import Endless, EventIteration
+from acausal.simulation.event_kernels import EventKernels
+from acausal.simulation.event_messages import chattering, endless
+from acausal.simulation.event_texts import EventTexts
+from acausal.simulation.impacts import Impacts
+from acausal.simulation.run import Assembled, Run
+from acausal.simulation.schedule import Schedule
+from acausal.solvers.protocol import Integrator
+
+Array = NDArray[np.float64]
+
+#: So many state events within this share of the run are no motion any more.
+CHATTERING = 200
+CHATTERING_SHARE = 1e-6
+
+
+class EventHandler:
+    """Handles the events of a run.
+
+    Attributes:
+        next_time: Time of the next event that is known beforehand, ``inf`` if there is none.
+    """
+
+    def __init__(self, run: Run, start: float) -> None:
+        hybrid = run.system.hybrid
+        assert hybrid is not None
+        self._run = run
+        self._hybrid = hybrid
+        self._impacts = Impacts(run.system)
+        self._schedule = Schedule(hybrid, start)
+        self._tools: dict[int, tuple[EventIteration, RunValues]] = {}
+        self._texts: EventTexts | None = None
+        self._recent: deque[tuple[float, int]] = deque(maxlen=CHATTERING)
+        self._shortest = CHATTERING_SHARE * (run.stop - start)
+        self.next_time = np.inf
+        run.on_new_layout = self._new_layout
+
+    def _new_layout(self, assembled: Assembled) -> None:
+        assert assembled.events is not None
+
+        def integrator() -> Integrator:
+            assert assembled.integrator is not None
+            return assembled.integrator
+
+        values = RunValues(
+            self._run.system, assembled.layout, assembled.states, assembled.native.problem.w,
+            integrator, self._impacts,
+        )  # fmt: skip
+        self._tools[id(assembled)] = EventIteration(assembled.events), values
+
+    def _present(self) -> tuple[Assembled, EventKernels, EventIteration, RunValues, Integrator]:
+        current = self._run.current
+        assert current is not None and current.events is not None
+        assert current.integrator is not None
+        return current, current.events, *self._tools[id(current)], current.integrator
+
+    def started(self) -> None:
+        """Begin: the first instant is settled."""
+        _, kernels, _, values, integrator = self._present()
+        values.take(self._run.time, integrator.y, integrator.yp)
+        if len(self._schedule.due(self._run.time)):
+            # A sample at the start is an event of its own, right after the first instant.
+            self._schedule = Schedule(self._hybrid, self._run.time)
+            self.next_time = self._run.time
+            kernels.evaluate_relations()
+            self._watch(kernels, integrator)
+            self._run.recorder.hold(kernels.held)
+            return
+        self._go_on(kernels, integrator)
+
+    def _watch(self, kernels: EventKernels, integrator: Integrator) -> None:
+        """Tell the solver which root functions to look for, and in which direction."""
+        roots = self._run.current.native.problem.roots if self._run.current else None
+        if roots is None:
+            return
+        directions, shift = kernels.states.watch(kernels.relation_values())
+        roots.shift[:] = shift
+        integrator.set_root_directions(directions)
+
+    def _go_on(self, kernels: EventKernels, integrator: Integrator) -> None:
+        kernels.evaluate_relations()
+        self._watch(kernels, integrator)
+        self.next_time = self._schedule.next_time(kernels, self._run.time)
+        self._run.recorder.hold(kernels.held)
+
+    def handle(self, is_root: bool) -> bool:
+        """Settle the event at the present time and go on; return False if the run is over.
+
+        Args:
+            is_root: The solver has found a root; otherwise it is an event in time.
+        """
+        run = self._run
+        current, kernels, iteration, values, integrator = self._present()
+        time = run.time
+        values.take(time, integrator.y, integrator.yp)
+        before = kernels.relation_values()
+        relations = None
+        if is_root:
+            relations = kernels.states.after_roots(before, integrator.roots_found)
+            if self._is_chattering(time, relations != before, kernels, values):
+                return False
+        run.record_here()
+        try:
+            iteration.at(values, time, relations, self._schedule.due(time))
+        except Endless as reason:
+            run.fail(endless(run.system, kernels, reason, values.values(), time))
+            return False
+        except AcausalError as error:
+            run.fail(error)
+            return False
+        self._describe(kernels, time, before, is_root)
+        if iteration.solved:
+            self._restart(time, values)
+            current, kernels, iteration, values, integrator = self._present()
+        self._go_on(kernels, integrator)
+        run.record_here()
+        ended = kernels.evaluate_terminations()
+        if ended >= 0:
+            self._terminate(ended, time)
+            return False
+        return True
+
+    def _restart(self, time: float, values: RunValues) -> None:
+        run = self._run
+        if run.selector.has_alternatives:
+            run.selector.hold(values.w[values.layout.parameters : values.layout.observables])
+            everything = values.values()
+            states = run.selector.better(everything, time)
+            if states is not None:
+                run.begin(time, everything, states)
+                run.reselections += 1
+                self._present()[3].take(time, *self._point())
+                return
+        run.begin_at(time, values.y, values.yp)
+
+    def _point(self) -> tuple[Array, Array]:
+        integrator = self._run.integrator
+        assert integrator is not None
+        return integrator.y, integrator.yp
+
+    def _is_chattering(
+        self, time: float, changed: NDArray[np.bool_], kernels: EventKernels, values: RunValues
+    ) -> bool:
+        first = int(np.argmax(changed)) if changed.any() else -1
+        self._recent.append((time, first))
+        if len(self._recent) < CHATTERING:
+            return False
+        span = time - self._recent[0][0]
+        if span > self._shortest:
+            return False
+        relations = sorted({k for _, k in self._recent if k >= 0})
+        places: Ids = kernels.states.relations.place[relations]
+        self._run.fail(
+            chattering(
+                self._run.system, kernels, places, values.values(), time, len(self._recent), span
+            )
+        )
+        return True
+
+    def _describe(self, kernels: EventKernels, time: float, before: Array, is_root: bool) -> None:
+        """Add to the list of events."""
+        changed = np.flatnonzero(kernels.relation_values() != before)
+        if self._texts is None:
+            self._texts = EventTexts(self._run.system, kernels)
+        if len(changed):
+            text = self._texts.relation(int(changed[0]))[0]
+            if len(changed) > 1:
+                text += f" and {len(changed) - 1} more"
+        else:
+            text = "state event" if is_root else "time event"
+        self._run.events.append(Event(time, text))
+
+    def _terminate(self, number: int, time: float) -> None:
+        run = self._run
+        for termination in self._hybrid.terminations:
+            if number < termination.family.count:
+                run.events.append(Event(time, f"terminated: {termination.message}"))
+                break
+            number -= termination.family.count
+        run.ending = Ending.TERMINATED
+
+    def finish(self) -> None:
+        """Settle the last instant: ``terminal()`` is true."""
+        run = self._run
+        if run.ending is not Ending.COMPLETE:
+            return
+        _, kernels, iteration, values, integrator = self._present()
+        held = kernels.held.copy()
+        values.take(run.time, integrator.y, integrator.yp)
+        try:
+            iteration.last(values, run.time)
+        except (Endless, AcausalError):
+            return
+        if not np.array_equal(held, kernels.held):
+            run.begin_at(run.time, values.y, values.yp)
+            run.recorder.hold(kernels.held)
+            run.record_here()

@@ -1,0 +1,280 @@
+"""What happens in one instant: the discrete and the continuous equations are brought into step.
+
+Modelica 3.6, appendix B: with the values before the event frozen, all equations hold together,
+discrete and continuous. Their solution is sought by turns: relations from the continuous values,
+discrete variables from the relations, continuous values from both, until nothing changes. Then
+what is discrete becomes "before the event", and if that changes anything, the same again.
+
+Turns need not settle where relations depend on each other through the continuous equations, as in
+circuits of ideal diodes. Then relations change one at a time, the first wrong one first, which ends
+for every linear complementarity problem with a P-matrix (K. G. Murty, "Note on a Bard-type scheme
+for solving the complementarity problem", Opsearch 11, 1974). If that goes round in circles as well,
+all combinations of the relations in the circle are tried, nearest ones first.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.diagnostics import AcausalError
+from acausal.flattening.model import Ids
+from acausal.simulation.event_kernels import EventKernels
+
+Array = NDArray[np.float64]
+
+#: Turns without a settlement before relations change one at a time.
+TURNS = 30
+#: Changes of single relations.
+SINGLE_TURNS = 2000
+#: Relations of which all combinations are tried.
+COMBINED = 12
+#: Rounds of "becomes before the event" before the iteration is called endless.
+ROUNDS = 200
+
+
+class Continuous(Protocol):
+    """The continuous equations at one instant."""
+
+    def solve(self, time: float) -> None:
+        """Make the values in the work vector satisfy all equations for what is held.
+
+        Raises:
+            AcausalError: If there are none.
+        """
+
+    def reinit(self, acting: Ids, values: Array, time: float) -> None:
+        """Give continuous variables new values, see ``Hybrid.reinits``."""
+
+
+class Endless(Exception):
+    """The event iteration does not settle.
+
+    Attributes:
+        places: Held positions that change again and again, ascending.
+        unsolvable: The relations and the continuous equations contradict in every combination;
+            otherwise discrete variables go round in circles.
+    """
+
+    def __init__(self, places: Ids, unsolvable: bool, cause: AcausalError | None = None) -> None:
+        super().__init__()
+        self.places = places
+        self.unsolvable = unsolvable
+        self.cause = cause
+
+
+class EventIteration:
+    """Settles everything at one instant.
+
+    Attributes:
+        kernels: The discrete equations.
+        solved: Continuous values were found anew during the last settlement.
+    """
+
+    def __init__(self, kernels: EventKernels) -> None:
+        self.kernels = kernels
+        hybrid = kernels.hybrid
+        self._n = hybrid.n_discrete
+        self._relevant = np.flatnonzero(hybrid.relevant)
+        self._reinit_done: Array | None = None
+        self._known: Array = np.full(len(self._relevant), np.nan)  # at the last solution
+        self.solved = False
+
+    def _solve(self, continuous: Continuous, time: float) -> None:
+        continuous.solve(time)
+        self._known = self.kernels.held[self._relevant]
+        self.solved = True
+
+    def first(self, continuous: Continuous, time: float) -> None:
+        """Settle the first instant: relations as they are, no when fires but those of initial."""
+        kernels, hybrid, n = self.kernels, self.kernels.hybrid, self._n
+        held = kernels.held
+        held[hybrid.initial_flag] = 1.0
+        kernels.assign_initial_pre()
+        self._solve(continuous, time)
+        kernels.remember_limits()
+        kernels.evaluate_relations()
+        kernels.hold_relations(
+            kernels.states.wanted(kernels.relation_values(), time, exact=True)
+        )
+        kernels.assign(initial=True)
+        held[n + hybrid.conditions] = held[hybrid.conditions]
+        self._rounds(continuous, time, initial=True)
+        held[hybrid.initial_flag] = 0.0
+        self._end_of_event()
+
+    def at(
+        self,
+        continuous: Continuous,
+        time: float,
+        relations: Array | None,
+        samples: Ids,
+    ) -> None:
+        """Settle an event.
+
+        Args:
+            continuous: The continuous equations.
+            time: When, seconds.
+            relations: What the relations are held at to begin with, if roots were found.
+            samples: Held positions of the samples whose time it is.
+        """
+        kernels = self.kernels
+        self.solved = False
+        self._known = kernels.held[self._relevant]
+        kernels.remember_limits()
+        if len(samples):
+            kernels.held[samples] = 1.0
+        if relations is not None:
+            kernels.hold_relations(relations)
+        self._rounds(continuous, time)
+        if len(samples):
+            kernels.held[samples] = 0.0
+            self._end_of_event()
+
+    def last(self, continuous: Continuous, time: float) -> None:
+        """Settle the last instant: whens of ``terminal()`` fire."""
+        kernels = self.kernels
+        flag = kernels.hybrid.terminal_flag
+        kernels.held[flag] = 1.0
+        self.at(continuous, time, None, np.zeros(0, np.int64))
+        kernels.held[flag] = 0.0
+
+    def _end_of_event(self) -> None:
+        """Let what is true during an event only become false, without anything firing."""
+        held, n = self.kernels.held, self._n
+        self.kernels.assign()
+        held[n : 2 * n] = held[:n]
+
+    def _rounds(self, continuous: Continuous, time: float, *, initial: bool = False) -> None:
+        held, n = self.kernels.held, self._n
+        for round_ in range(ROUNDS):
+            self._reinit_done = None
+            self._settle(continuous, time, initial and round_ == 0)
+            if np.array_equal(held[n : 2 * n], held[:n]):
+                return
+            before = held[n : 2 * n].copy()
+            held[n : 2 * n] = held[:n]
+            self.kernels.remember_limits()
+        raise Endless(np.flatnonzero(before != held[:n]), False)
+
+    # --- one round: values before the event frozen -----------------------------------------
+
+    def _settle(self, continuous: Continuous, time: float, initial: bool) -> None:
+        """Take turns until nothing changes."""
+        seen: set[bytes] = set()
+        for _ in range(TURNS):
+            changed = self._turn(time, initial, None)
+            acted = self._reinit(continuous, time)
+            now = self.kernels.held[self._relevant]
+            if acted or not np.array_equal(now, self._known):
+                key = now.tobytes()
+                if key in seen and not acted:
+                    break
+                seen.add(key)
+                try:
+                    self._solve(continuous, time)
+                except AcausalError:
+                    break
+            elif not changed:
+                return
+        self._one_at_a_time(continuous, time, initial)
+
+    def _turn(self, time: float, initial: bool, only: int | None) -> bool:
+        """Evaluate relations and discrete equations; return whether anything changed.
+
+        Args:
+            time: Seconds.
+            initial: With the initial equations.
+            only: Change at most this many relations, the first ones.
+        """
+        kernels, n = self.kernels, self._n
+        kernels.evaluate_relations()
+        held = kernels.relation_values()
+        wanted = kernels.states.wanted(held, time)
+        differ = wanted != held
+        changed = bool(differ.any())
+        if changed:
+            if only is not None:
+                keep = np.flatnonzero(differ)[only:]
+                wanted[keep] = held[keep]
+            kernels.hold_relations(wanted)
+        before = kernels.held[:n].copy()
+        kernels.assign(initial=initial)
+        return changed or not np.array_equal(before, kernels.held[:n])
+
+    def _reinit(self, continuous: Continuous, time: float) -> bool:
+        """Let reinits act, once for each value; return whether any did."""
+        kernels = self.kernels
+        if not kernels.evaluate_reinits():
+            return False
+        acting = np.flatnonzero(kernels.fires)
+        values = kernels.reinit_values
+        done = self._reinit_done
+        if done is not None and np.array_equal(done[acting], values[acting]):
+            return False
+        continuous.reinit(acting, values, time)
+        done = np.full(len(values), np.nan) if done is None else done
+        done[acting] = values[acting]
+        self._reinit_done = done
+        self.solved = True
+        return True
+
+    def _one_at_a_time(self, continuous: Continuous, time: float, initial: bool) -> None:
+        """Change the first wrong relation, solve, and again."""
+        seen: set[bytes] = set()
+        kernels, n = self.kernels, self._n
+        start = kernels.held.copy()
+        states: list[Array] = []
+        cause: AcausalError | None = None
+        for _ in range(SINGLE_TURNS):
+            try:
+                self._solve(continuous, time)
+                if not self._turn(time, initial, 1):
+                    return
+            except AcausalError as error:
+                cause = error
+                break
+            relations = kernels.relation_values()
+            key = relations.tobytes() + kernels.held[:n].tobytes()
+            if key in seen:
+                break
+            seen.add(key)
+            states.append(relations)
+        moving = np.zeros(len(kernels.relation_values()), np.bool_)
+        for other in states:
+            moving |= other != states[-1]
+        kernels.held[:] = start
+        self._combined(continuous, time, initial, np.flatnonzero(moving), cause)
+
+    def _combined(
+        self, continuous: Continuous, time: float, initial: bool, moving: Ids,
+        cause: AcausalError | None,
+    ) -> None:  # fmt: skip
+        """Try all combinations of some relations that are true or false."""
+        kernels = self.kernels
+        if not len(moving):
+            moving = np.flatnonzero(kernels.states.relations.kind < 2)
+        if len(moving) <= COMBINED:
+            start = kernels.held.copy()
+            base = kernels.relation_values()
+            for size in range(len(moving) + 1):
+                for chosen in combinations(moving.tolist(), size):
+                    kernels.held[:] = start
+                    trial = base.copy()
+                    flip = list(chosen)
+                    trial[flip] = 1.0 - trial[flip]
+                    kernels.hold_relations(trial)
+                    kernels.assign(initial=initial)
+                    try:
+                        self._solve(continuous, time)
+                    except AcausalError as error:
+                        cause = error
+                        continue
+                    if not self._turn(time, initial, None):
+                        return
+            kernels.held[:] = start
+        places = kernels.states.relations.place[moving]
+        raise Endless(np.sort(places), True, cause)

@@ -1,0 +1,65 @@
+"""Errors of events: iterations that do not end, chattering."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.diagnostics import AcausalError
+from acausal.flattening.model import Ids
+from acausal.simulation.event_iteration import Endless
+from acausal.simulation.event_kernels import EventKernels
+from acausal.simulation.event_texts import EventTexts
+from acausal.simulation.system import System
+
+Array = NDArray[np.float64]
+
+
+def endless(
+    system: System, kernels: EventKernels, reason: Endless, values: Array, time: float
+) -> AcausalError:
+    """Return the error of an event iteration that does not settle.
+
+    Args:
+        system: The model.
+        kernels: Its discrete equations.
+        reason: What happened.
+        values: Values of all ids.
+        time: Seconds.
+    """
+    texts = EventTexts(system, kernels)
+    if reason.cause is not None:
+        return AcausalError(reason.cause.diagnostics)
+    if reason.unsolvable:
+        return texts.error(
+            "E042",
+            f"no combination of relations satisfies the equations at t = {time:.9g} s",
+            reason.places,
+            values,
+            "the equations of this mode contradict: check for switches in series or ideal "
+            "sources in parallel, or give ideal elements a small resistance or conductance",
+        )
+    return texts.error(
+        "E043",
+        f"the event at t = {time:.9g} s does not end: discrete variables change each other "
+        "without settling",
+        reason.places,
+        values,
+        "put pre(...) around one of them, or let it change only when a condition becomes true",
+    )
+
+
+def chattering(
+    system: System, kernels: EventKernels, places: Ids, values: Array, time: float, count: int,
+    span: float,
+) -> AcausalError:  # fmt: skip
+    """Return the error of relations that change again and again."""
+    return EventTexts(system, kernels).error(
+        "E044",
+        f"a relation changes again and again at t = {time:.9g} s ({count} times in {span:.2g} s)",
+        places,
+        values,
+        "the solution slides along the relation: the equations push back to it from both "
+        "sides. Put noEvent(...) around the relation with a steep but continuous law instead "
+        "of the jump, give it a hysteresis, or use a friction component, which can stick",
+    )
