@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from acausal.connections.components import connected_components
 from acausal.diagnostics import fail
-from acausal.instantiation.equations import cut_leaves
+from acausal.instantiation.connects import cut_leaves
 from acausal.instantiation.numbering import Ids, Numbering
 from acausal.instantiation.template import Domain, Ref, Step, Template
 from acausal.instantiation.values import indices

@@ -8,7 +8,7 @@ components are balanced themselves; what flows through their cuts is settled by 
 from __future__ import annotations
 
 from acausal.diagnostics import Label, fail
-from acausal.instantiation.equations import cut_leaves
+from acausal.instantiation.connects import cut_leaves
 from acausal.instantiation.template import Template
 
 

@@ -6,21 +6,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from acausal.diagnostics import AcausalError, Label, Span, fail
+from acausal.diagnostics import AcausalError, Label, fail
 from acausal.expressions import build
 from acausal.expressions.nodes import Expr, slot
+from acausal.expressions.traverse import slots
 from acausal.instantiation.arrays import shape_text
 from acausal.instantiation.domain import split_by_indices
 from acausal.instantiation.environment import ClassEnvironment
+from acausal.instantiation.event_operators import lone
 from acausal.instantiation.expressions import elaborate
 from acausal.instantiation.merge import Element, Modification, PrimitiveType
 from acausal.instantiation.template import (
     BindingDecl,
     Child,
+    DiscreteDecl,
     Domain,
     EquationDecl,
     LoopIndex,
     Ref,
+    Signal,
     Step,
     Template,
     VariableDecl,
@@ -32,6 +36,7 @@ from acausal.units.unit import parse_unit
 
 if TYPE_CHECKING:
     from acausal.instantiation.elaborate import TemplateBuilder
+    from acausal.modeling.classes import ClassDef
 
 _NUMERIC = ("start", "fixed", "min", "max", "nominal", "stateSelect")
 _WITHOUT_UNIT = ("fixed", "stateSelect")
@@ -90,7 +95,10 @@ def _attributes(
 
 
 def _repeated(value: Value, shape: tuple[int, ...]) -> Value:
-    return Value(value.type, shape, lambda _: value.expr, value.unit) if shape else value
+    if not shape:
+        return value
+    return Value(value.type, shape, lambda _: value.expr, value.unit,
+                 enumeration=value.enumeration)  # fmt: skip
 
 
 def bind_child(builder: TemplateBuilder, element: Element, child: Child) -> None:
@@ -185,6 +193,14 @@ def _bind_record(
              parameter=name in template.parameters)  # fmt: skip
 
 
+def _enumeration(
+    template: Template, steps: list[tuple[str, tuple[int, ...]]], declaration: VariableDecl
+) -> ClassDef | None:
+    for name, _ in steps:
+        template = template.children[name].template
+    return template.enumerations.get(declaration.name)
+
+
 def _set(
     builder: TemplateBuilder,
     steps: list[tuple[str, tuple[int, ...]]],
@@ -201,7 +217,7 @@ def _set(
     if parameter is None:
         parameter = not steps and declaration.name in template.parameters
     full = tuple(n for _, shape in steps for n in shape) + declaration.shape
-    _check_type(value, declaration, attribute, change)
+    _check_type(value, declaration, attribute, change, _enumeration(template, steps, declaration))
     value = _fitting(value, full, declaration, attribute, change)
     if attribute not in _WITHOUT_UNIT:
         unit: UnitOf = None
@@ -220,17 +236,35 @@ def _set(
         ref = Ref(path, declaration.name, tuple(free), parameter)
         said = text + format_expression(change.value)
         for part, expression in split_by_indices(domain, value.get(index)):
-            if attribute == "value" and not parameter:
-                residual = build.sub(slot(ref), expression)
-                template.equations.append(
-                    EquationDecl(residual, part, change.span, said, change.owner.full_name)
-                )
-            else:
+            if attribute != "value" or parameter:
+                _no_events(expression, declaration, attribute, change)
                 template.bindings.append(
                     BindingDecl(ref, attribute, expression, part, change.span, weak)
                 )
+                continue
+            target, owner = slot(ref), change.owner.full_name
+            if declaration.base != "Real":
+                both = lone(expression) is not None
+                template.discrete.append(
+                    DiscreteDecl(target, expression, part, change.span, said, owner, symmetric=both)
+                )
+                continue
+            residual = build.sub(target, expression)
+            template.equations.append(EquationDecl(residual, part, change.span, said, owner))
 
     over_elements(full, emit)
+
+
+def _no_events(
+    expression: Expr, declaration: VariableDecl, attribute: str, change: Modification
+) -> None:
+    for payload in slots(expression):
+        if isinstance(payload, Signal) or (isinstance(payload, Ref) and payload.pre):
+            what = (
+                declaration.name if attribute == "value" else f"{attribute} of {declaration.name}"
+            )
+            fail("T134", f"{what} cannot depend on what happens at events", change.span,
+                 help="use parameters and constants here, or declare a variable")  # fmt: skip
 
 
 def over_elements(shape: tuple[int, ...], emit: object, domain: Domain | None = None) -> None:
@@ -273,15 +307,34 @@ def _fitting(
              f"{shape_text(value.shape)}", change.span,
              label="one value for many",
              help="write each in front of the modifier to give all the same value")  # fmt: skip
-    return Value(value.type, full, lambda i: value.get(i[missing:]), value.unit)
+    return Value(value.type, full, lambda i: value.get(i[missing:]), value.unit,
+                 enumeration=value.enumeration)  # fmt: skip
 
 
 def _check_type(
-    value: Value, declaration: VariableDecl, attribute: str, change: Modification
+    value: Value,
+    declaration: VariableDecl,
+    attribute: str,
+    change: Modification,
+    enumeration: ClassDef | None,
 ) -> None:
+    base = declaration.base
+    if value.text is None and value.fields is None:
+        if attribute == "fixed":
+            fits = value.type == "Boolean"
+        elif base == "Boolean" or base == "enumeration":
+            fits = value.type == base and value.enumeration is enumeration
+        elif base == "Integer" and attribute == "value":
+            fits = value.type == "Integer"
+        else:
+            fits = value.type in ("Real", "Integer")
+        if fits:
+            return
     wanted = "Boolean" if attribute == "fixed" else "number"
-    fits = value.type == "Boolean" if wanted == "Boolean" else value.type in ("Real", "Integer")
-    if value.text is not None or value.fields is not None or not fits:
-        place: Span = change.span
-        fail("T101", f"{attribute} of {declaration.name} must be a {wanted}, not "
-             f"{value.type}", place, help=f"give a {wanted}")  # fmt: skip
+    if attribute != "fixed" and base != "Real":
+        wanted = base if enumeration is None else enumeration.name
+    help_ = f"give a {wanted}"
+    if base == "Integer" and value.type == "Real":
+        help_ = "write integer(...) to cut off the fraction"
+    what = declaration.name if attribute == "value" else f"{attribute} of {declaration.name}"
+    fail("T101", f"{what} must be a {wanted}, not {value.type}", change.span, help=help_)

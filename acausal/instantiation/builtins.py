@@ -41,15 +41,10 @@ from acausal.instantiation.values import (
     table,
 )
 from acausal.syntax import tree
+from acausal.syntax.formatter import format_expression
 from acausal.units.dimension import DIMENSIONLESS
 
 Handler = Callable[[tree.Call, Environment], Value]
-
-#: Operators of hybrid systems.
-EVENT_OPERATORS = (
-    "pre", "edge", "change", "reinit", "sample", "initial", "terminal", "terminate", "delay",
-    "cardinality", "spatialDistribution", "inStream", "actualStream", "String", "getInstanceName",
-)  # fmt: skip
 
 
 def find_builtin(name: str) -> Handler | None:
@@ -58,8 +53,6 @@ def find_builtin(name: str) -> Handler | None:
         return _handlers[name]
     if name in FUNCTIONS:
         return _elementary
-    if name in EVENT_OPERATORS:
-        return _unsupported
     return None
 
 
@@ -68,7 +61,12 @@ def builtin_names() -> list[str]:
     return sorted({*_handlers, *FUNCTIONS})
 
 
-def _arguments(e: tree.Call, least: int, most: int | None = None) -> tuple[tree.Expression, ...]:
+def arguments(e: tree.Call, least: int, most: int | None = None) -> tuple[tree.Expression, ...]:
+    """Return the positional arguments of a call.
+
+    Raises:
+        AcausalError: ``T120`` if there are fewer or more, or named ones.
+    """
     most = least if most is None else most
     name = str(e.function)
     if e.named:
@@ -81,11 +79,6 @@ def _arguments(e: tree.Call, least: int, most: int | None = None) -> tuple[tree.
     return e.arguments
 
 
-def _unsupported(e: tree.Call, env: Environment) -> Value:
-    fail("E001", f"{e.function} is not supported in this version", e.span,
-         help="this version simulates continuous models; express it without events")  # fmt: skip
-
-
 _KEEP = ("abs", "floor", "ceil", "integer")
 
 
@@ -93,8 +86,8 @@ def _elementary(e: tree.Call, env: Environment) -> Value:
     name = str(e.function)
     if name in ("min", "max") and (e.indices or len(e.arguments) == 1):
         return _extremum(e, env)
-    arguments = _arguments(e, FUNCTIONS[name])
-    values = [elaborate_real(a, env) for a in arguments]
+    given = arguments(e, FUNCTIONS[name])
+    values = [elaborate_real(a, env) for a in given]
     shapes = {v.shape for v in values if v.shape}
     if len(shapes) > 1:
         require_shape(values[1], values[0].shape, f"arguments of {name}", e.span)
@@ -105,17 +98,17 @@ def _elementary(e: tree.Call, env: Environment) -> Value:
         unit = values[0].unit
     elif name in ("min", "max", "mod", "rem"):
         unit = units.added(values[0].unit, values[1].unit, f"{name} of", "U101", e.span,
-                           arguments[0].span, arguments[1].span)  # fmt: skip
+                           given[0].span, given[1].span)  # fmt: skip
     elif name == "div":
         unit = units.over(values[0].unit, values[1].unit)
     elif name == "atan2":
         units.added(values[0].unit, values[1].unit, "atan2 of", "U101", e.span,
-                    arguments[0].span, arguments[1].span)  # fmt: skip
+                    given[0].span, given[1].span)  # fmt: skip
         unit = DIMENSIONLESS
     elif name == "sign":
         unit = DIMENSIONLESS
     else:
-        for value, place in zip(values, arguments, strict=True):
+        for value, place in zip(values, given, strict=True):
             units.pure(value.unit, name, place.span)
         unit = DIMENSIONLESS
     whole = name in ("integer", "sign") or (
@@ -134,8 +127,9 @@ def _terms(e: tree.Call, env: Environment) -> tuple[list[Expr], UnitOf, str]:
         unit: UnitOf = LITERAL
         for v in values:
             unit = units.join(unit, v.unit)
-        return [x for v in values for x in v.elements()], unit, "Real"
-    (argument,) = _arguments(e, 1)
+        whole = bool(values) and all(v.type == "Integer" for v in values)
+        return [x for v in values for x in v.elements()], unit, "Integer" if whole else "Real"
+    (argument,) = arguments(e, 1)
     value = elaborate_real(argument, env)
     if value.size > LONGEST_REDUCTION:
         too_long(value.size, e.span)
@@ -170,13 +164,13 @@ def _extremum(e: tree.Call, env: Environment) -> Value:
 
 
 def _size(e: tree.Call, env: Environment) -> Value:
-    arguments = _arguments(e, 1, 2)
-    what = arguments[0]
+    given = arguments(e, 1, 2)
+    what = given[0]
     known = env.component_shape(what) if isinstance(what, tree.Reference) else None
     shape = elaborate(what, env).shape if known is None else known
-    if len(arguments) == 1:
+    if len(given) == 1:
         return table(np.array(shape, np.float64), "Integer", LITERAL)
-    k = int(constant_number(arguments[1], env, "the dimension"))
+    k = int(constant_number(given[1], env, "the dimension"))
     if not 1 <= k <= len(shape):
         fail("T113", f"dimension {k} of {shape_text(shape)}", e.span,
              help=f"it has {len(shape)} dimensions")  # fmt: skip
@@ -184,7 +178,7 @@ def _size(e: tree.Call, env: Environment) -> Value:
 
 
 def _ndims(e: tree.Call, env: Environment) -> Value:
-    return number(float(len(elaborate(_arguments(e, 1)[0], env).shape)), "Integer")
+    return number(float(len(elaborate(arguments(e, 1)[0], env).shape)), "Integer")
 
 
 def _dimensions(arguments: tuple[tree.Expression, ...], env: Environment) -> tuple[int, ...]:
@@ -197,7 +191,10 @@ def _dimensions(arguments: tuple[tree.Expression, ...], env: Environment) -> tup
 
 def filled(value: Value, shape: tuple[int, ...]) -> Value:
     """Return an array of any size whose elements are all the same."""
-    return Value(value.type, shape, lambda _: value.expr, value.unit) if shape else value
+    if not shape:
+        return value
+    return Value(value.type, shape, lambda _: value.expr, value.unit,
+                 enumeration=value.enumeration)  # fmt: skip
 
 
 def _zeros(e: tree.Call, env: Environment) -> Value:
@@ -210,12 +207,12 @@ def _fill(e: tree.Call, env: Environment) -> Value:
 
 
 def _identity(e: tree.Call, env: Environment) -> Value:
-    (n,) = _dimensions(_arguments(e, 1), env)
+    (n,) = _dimensions(arguments(e, 1), env)
     return table(np.eye(n), "Real", LITERAL)
 
 
 def _diagonal(e: tree.Call, env: Environment) -> Value:
-    value = elaborate_real(_arguments(e, 1)[0], env)
+    value = elaborate_real(arguments(e, 1)[0], env)
     n = value.shape[0]
 
     def get(index: Index) -> Expr:
@@ -228,7 +225,7 @@ def _diagonal(e: tree.Call, env: Environment) -> Value:
 
 
 def _linspace(e: tree.Call, env: Environment) -> Value:
-    first, last, count = _arguments(e, 3)
+    first, last, count = arguments(e, 3)
     a, b = elaborate_real(first, env), elaborate_real(last, env)
     n = int(constant_number(count, env, "the number of points"))
     unit = units.join(a.unit, b.unit)
@@ -241,7 +238,7 @@ def _linspace(e: tree.Call, env: Environment) -> Value:
 
 
 def _transpose(e: tree.Call, env: Environment) -> Value:
-    value = elaborate(_arguments(e, 1)[0], env)
+    value = elaborate(arguments(e, 1)[0], env)
     if len(value.shape) != 2:
         fail("T105", f"only a matrix can be transposed, not {shape_text(value.shape)}", e.span,
              help="a row of a matrix is A[i, :]")  # fmt: skip
@@ -254,7 +251,7 @@ def _three(value: Value, e: tree.Call) -> list[Expr]:
 
 
 def _cross(e: tree.Call, env: Environment) -> Value:
-    u, v = (elaborate_real(a, env) for a in _arguments(e, 2))
+    u, v = (elaborate_real(a, env) for a in arguments(e, 2))
     a, b = _three(u, e), _three(v, e)
     terms = [
         build.sub(build.mul(a[j], b[k]), build.mul(a[k], b[j])) for j, k in ((1, 2), (2, 0), (0, 1))
@@ -264,7 +261,7 @@ def _cross(e: tree.Call, env: Environment) -> Value:
 
 
 def _skew(e: tree.Call, env: Environment) -> Value:
-    value = elaborate_real(_arguments(e, 1)[0], env)
+    value = elaborate_real(arguments(e, 1)[0], env)
     x, y, z = _three(value, e)
     rows = [[ZERO, build.neg(z), y], [z, ZERO, build.neg(x)], [build.neg(y), x, ZERO]]
     stacked = [
@@ -274,20 +271,20 @@ def _skew(e: tree.Call, env: Environment) -> Value:
 
 
 def _outer_product(e: tree.Call, env: Environment) -> Value:
-    u, v = (elaborate_real(a, env) for a in _arguments(e, 2))
+    u, v = (elaborate_real(a, env) for a in arguments(e, 2))
     column = Value("Real", (*u.shape, 1), lambda i: u.get(i[:1]), u.unit)
     row = Value("Real", (1, *v.shape), lambda i: v.get(i[1:]), v.unit)
     return matrix_product(column, row, e.span)
 
 
 def _vector(e: tree.Call, env: Environment) -> Value:
-    value = elaborate(_arguments(e, 1)[0], env)
+    value = elaborate(arguments(e, 1)[0], env)
     return stack([scalar(x, value.type, value.unit) for x in value.elements()],
                  [e.span] * value.size, e.span)  # fmt: skip
 
 
 def _scalar(e: tree.Call, env: Environment) -> Value:
-    value = elaborate(_arguments(e, 1)[0], env)
+    value = elaborate(arguments(e, 1)[0], env)
     if value.size != 1:
         fail("T104", f"scalar of {shape_text(value.shape)}", e.span, help="give one element")
     return scalar(value.elements()[0], value.type, value.unit)
@@ -305,26 +302,34 @@ def _cat(e: tree.Call, env: Environment) -> Value:
 def derivative_of(operand: Expr) -> Expr:
     """Return the slot of the time derivative of a slot; zero for what does not change."""
     ref = operand.value
-    if isinstance(ref, Ref) and not ref.parameter:
+    if isinstance(ref, Ref) and not ref.parameter and not ref.pre:
         return slot(replace(ref, order=ref.order + 1))
     return ZERO
 
 
 def _der(e: tree.Call, env: Environment) -> Value:
-    (argument,) = _arguments(e, 1)
+    (argument,) = arguments(e, 1)
     value = elaborate_real(argument, env)
-    return mapped(
-        lambda x: time_derivative(x, derivative_of), "Real", units.per_second(value.unit), value
-    )
+
+    def rate(operand: Expr) -> Expr:
+        ref = operand.value
+        if isinstance(ref, Ref) and not ref.parameter and env.is_discrete(ref):
+            fail("E013", f"{ref.name or format_expression(argument)} changes at events only "
+                 "and has no derivative", e.span,
+                 help="differentiate a Real variable that is not declared discrete")  # fmt: skip
+        return derivative_of(operand)
+
+    return mapped(lambda x: time_derivative(x, rate), "Real", units.per_second(value.unit), value)
 
 
 def _no_event(e: tree.Call, env: Environment) -> Value:
-    value = elaborate(_arguments(e, 1)[0], env)
-    return mapped(build.noevent, value.type, value.unit, value)
+    value = elaborate(arguments(e, 1)[0], env)
+    result = mapped(build.noevent, value.type, value.unit, value)
+    return replace(result, enumeration=value.enumeration)
 
 
 def _smooth(e: tree.Call, env: Environment) -> Value:
-    order, argument = _arguments(e, 2)
+    order, argument = arguments(e, 2)
     p = int(constant_number(order, env, "the order of smooth"))
     value = elaborate_real(argument, env)
     return mapped(lambda x: build.smooth(p, x), "Real", value.unit, value)
@@ -346,7 +351,7 @@ def _homotopy(e: tree.Call, env: Environment) -> Value:
 
 
 def _semi_linear(e: tree.Call, env: Environment) -> Value:
-    x, up, down = (elaborate_real(a, env) for a in _arguments(e, 3))
+    x, up, down = (elaborate_real(a, env) for a in arguments(e, 3))
     value = build.if_(
         build.relation("ge", x.expr, ZERO), build.mul(up.expr, x.expr), build.mul(down.expr, x.expr)
     )

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from acausal.expressions.build import number_of
 from acausal.expressions.evaluate import evaluate
-from acausal.expressions.nodes import Expr
-from acausal.expressions.traverse import postorder, slots, substitute
-from acausal.instantiation.template import Domain, LoopIndex, Ref, TableEntry
+from acausal.expressions.nodes import Expr, const, slot
+from acausal.expressions.traverse import postorder, slot_nodes, slots, substitute
+from acausal.instantiation.template import Domain, LoopIndex, Ref, Signal, Step, TableEntry
 
 
 def only_loops(expr: Expr) -> bool:
@@ -20,7 +22,7 @@ def only_loops(expr: Expr) -> bool:
         if node in seen:
             continue
         seen.add(node)
-        if node.op == "time" or (node.op == "slot" and isinstance(node.value, Ref)):
+        if node.op == "time" or (node.op == "slot" and isinstance(node.value, (Ref, Signal))):
             return False
         stack += node.args
     return True
@@ -29,6 +31,53 @@ def only_loops(expr: Expr) -> bool:
 def has_loops(expr: Expr) -> bool:
     """Tell whether an expression depends on a loop index."""
     return any(isinstance(s, (LoopIndex, TableEntry)) for s in slots(expr))
+
+
+def loop_names(*exprs: Expr) -> set[str]:
+    """Return the names of all loop indices in expressions, those in subscripts included."""
+    found: set[str] = set()
+    stack = list(exprs)
+    while stack:
+        for payload in slots(stack.pop()):
+            if isinstance(payload, LoopIndex):
+                found.add(payload.name)
+            elif isinstance(payload, TableEntry):
+                stack += payload.index
+            elif isinstance(payload, Ref):
+                stack += payload.index
+                stack += (i for step in payload.path for i in step.index)
+    return found
+
+
+def at_pass(expr: Expr, domain: Domain, k: int) -> Expr:
+    """Return an expression with the values that the loop indices have in pass ``k``."""
+    numbers = {
+        LoopIndex(n): const(float(v))
+        for n, v in zip(domain.names, domain.values[:, k], strict=True)
+    }
+    return _placed(expr, numbers)
+
+
+def _placed(expr: Expr, numbers: dict[LoopIndex, Expr]) -> Expr:
+    mapping: dict[Expr, Expr] = {}
+    for part in slot_nodes(expr):
+        payload = part.value
+        if isinstance(payload, LoopIndex) and payload in numbers:
+            mapping[part] = numbers[payload]
+        elif isinstance(payload, TableEntry):
+            index = tuple(_placed(i, numbers) for i in payload.index)
+            if all(i.op == "const" for i in index):
+                places = tuple(int(number_of(i)) - 1 for i in index)
+                mapping[part] = const(float(payload.array()[places]))
+            else:
+                mapping[part] = slot(replace(payload, index=index))
+        elif isinstance(payload, Ref):
+            path = tuple(
+                Step(s.name, tuple(_placed(i, numbers) for i in s.index)) for s in payload.path
+            )
+            index = tuple(_placed(i, numbers) for i in payload.index)
+            mapping[part] = slot(replace(payload, path=path, index=index))
+    return substitute(expr, mapping)
 
 
 def over(domain: Domain, expr: Expr) -> NDArray[np.float64]:

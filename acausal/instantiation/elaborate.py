@@ -130,11 +130,13 @@ class Elaborator:
         self, kind: PrimitiveType, definition: ClassDef, own: VariableDecl
     ) -> Template:
         """Return the template of a connector that is a single number, such as RealInput."""
-        where = (definition, own.unit, own.causality, own.type_name)
+        where = (definition, own.unit, own.causality, own.type_name, own.discrete)
         found = self._by_key.get(where)
         if found is None:
             found = Template(len(self.templates), definition, primitive_connector=True)
             found.variables[""] = own
+            if kind.enumeration is not None:
+                found.enumerations[""] = kind.enumeration
             self.templates.append(found)
             self._by_key[where] = found
         return found
@@ -152,12 +154,19 @@ class TemplateBuilder:
         self.template = Template(-1, definition, bound=environment.bound)
         self._declared: set[str] = set()
         self._active: list[str] = []
+        #: Signals by what they are made of.
+        self.signal_numbers: dict[Hashable, int] = {}
         #: Child components, variables and parameters that still need their bindings.
         self.kinds: dict[str, PrimitiveType | None] = {}
 
     def scope(self, owner: ClassDef) -> ClassEnvironment:
         """Return the environment of text that is written in ``owner``."""
         return ClassEnvironment(self, owner)
+
+    def forget_signals(self, count: int) -> None:
+        """Undo the declaration of all but the first ``count`` signals."""
+        del self.template.signals[count:]
+        self.signal_numbers = {k: n for k, n in self.signal_numbers.items() if n < count}
 
     def build(self) -> Template:
         """Declare everything, bind, and elaborate the equations."""
@@ -245,10 +254,10 @@ class TemplateBuilder:
             self.template.structural[name] = self._structural_value(element, kind)
             return
         parameter = element.has("parameter") or self.environment.parameters
-        if kind.base != "Real":
-            fail("E002", f"{kind.base} variables that change during the simulation are not "
-                 "supported in this version", declaration.span,
-                 help=f"declare {name} as a parameter, or as Real")  # fmt: skip
+        if kind.base == "String":
+            fail("T110", "a text cannot change during the simulation", declaration.span,
+                 help=f"declare {name} as a parameter")  # fmt: skip
+        enumeration = kind.enumeration
         own = VariableDecl(
             name,
             self._shape(element, kind),
@@ -259,7 +268,12 @@ class TemplateBuilder:
             declaration.span,
             declaration.public,
             kind.name,
+            kind.base,
+            literals_of(enumeration),
+            not parameter and (kind.base != "Real" or element.has("discrete")),
         )
+        if enumeration is not None:
+            self.template.enumerations[name] = enumeration
         if parameter:
             self.template.parameters[name] = own
         elif kind.connector:
@@ -560,7 +574,12 @@ def _literals(dimension: tree.Expression, owner: ClassDef) -> int:
         return 0
     kind = primitive_type(found)
     enumeration = kind.enumeration if kind is not None else None
-    return len(enumeration.tree.enumeration or ()) if enumeration is not None else 0
+    return len(literals_of(enumeration))
+
+
+def literals_of(enumeration: ClassDef | None) -> tuple[str, ...]:
+    """Return the names of an enumeration's values."""
+    return () if enumeration is None else tuple(n for n, _ in enumeration.tree.enumeration or ())
 
 
 def _component(value: Value, index: Index) -> Value:

@@ -6,15 +6,20 @@ from typing import TYPE_CHECKING, NoReturn
 
 from acausal.diagnostics import fail
 from acausal.diagnostics.suggest import nearest
+from acausal.expressions.nodes import Expr, slot
 from acausal.instantiation.builtins import builtin_names, find_builtin
+from acausal.instantiation.domain import loop_names
+from acausal.instantiation.event_operators import event_operator_names, find_event_operator
 from acausal.instantiation.expressions import Environment, elaborate
 from acausal.instantiation.merge import merge, primitive_type
-from acausal.instantiation.references import component_shape
+from acausal.instantiation.references import component_shape, declaration_of
 from acausal.instantiation.subscripts import subscripted
-from acausal.instantiation.values import LITERAL, Value, number, scalar
+from acausal.instantiation.template import Domain, Ref, Signal, SignalDecl
+from acausal.instantiation.values import LITERAL, NeedsUnroll, Value, number, scalar
 from acausal.instantiation.vectorised_calls import call_function
 from acausal.modeling.classes import BUILTIN_TYPES, Builtin, ClassDef, Constant, find_name
 from acausal.syntax import tree
+from acausal.syntax.formatter import format_expression
 
 if TYPE_CHECKING:
     from acausal.instantiation.elaborate import TemplateBuilder
@@ -31,6 +36,7 @@ class ClassEnvironment:
         owner: The class the text is written in.
         locals: Loop and reduction indices, which hide other names.
         depth: Depth of function calls.
+        domain: The loops around the text.
     """
 
     def __init__(
@@ -39,19 +45,28 @@ class ClassEnvironment:
         owner: ClassDef,
         locals_: dict[str, Value] | None = None,
         depth: int = 0,
+        domain: Domain | None = None,
     ) -> None:
         self.builder = builder
         self.owner = owner
         self.locals = locals_ or {}
         self.depth = depth
+        self.domain = Domain() if domain is None else domain
 
     def with_locals(self, values: dict[str, Value]) -> ClassEnvironment:
         """Return the environment with names that hide others."""
-        return ClassEnvironment(self.builder, self.owner, {**self.locals, **values}, self.depth)
+        own = {**self.locals, **values}
+        return ClassEnvironment(self.builder, self.owner, own, self.depth, self.domain)
+
+    def inside(self, domain: Domain) -> ClassEnvironment:
+        """Return the environment of the same text inside loops."""
+        if domain is self.domain:
+            return self
+        return ClassEnvironment(self.builder, self.owner, self.locals, self.depth, domain)
 
     def in_class(self, owner: ClassDef) -> ClassEnvironment:
         """Return the environment of the same instance in the scope of another class."""
-        return ClassEnvironment(self.builder, owner, self.locals, self.depth)
+        return ClassEnvironment(self.builder, owner, self.locals, self.depth, self.domain)
 
     def reference(self, reference: tree.Reference) -> Value:
         """Return the value of a component reference, constant or enumeration literal.
@@ -66,6 +81,47 @@ class ClassEnvironment:
             if self.builder is not None and first.name in self.builder.merged.elements:
                 return self.builder.reference(reference, self)
         return self.constant(reference)
+
+    def stored(self, reference: tree.Reference) -> Value:
+        """Return the variable that a reference names."""
+        return self.reference(reference)
+
+    def events(self, call: tree.Call) -> None:
+        """Refuse an operator of hybrid systems where there are no events.
+
+        Raises:
+            AcausalError: ``E008``.
+        """
+        if self.builder is None:
+            fail("E008", f"{call.function} has no meaning here", call.span,
+                 help="functions and types have no events; use it in a model")  # fmt: skip
+
+    def signal(self, kind: str, operands: tuple[Expr, ...], source: tree.Expression) -> Expr:
+        """Return the slot of a signal, declared here if it is new.
+
+        Raises:
+            AcausalError: ``E008`` in functions and types.
+            NeedsUnroll: If an operand depends on a loop that runs over an array expression.
+        """
+        if self.builder is None:
+            fail("E008", "there are no events here", source.span,
+                 help="functions and types have no events; use it in a model")  # fmt: skip
+        names = loop_names(*operands)
+        if not names <= set(self.domain.names):
+            raise NeedsUnroll
+        domain = self.domain if names else Domain()
+        key = (kind, operands, domain.names, domain.values.tobytes())
+        known = self.builder.signal_numbers
+        if key not in known:
+            known[key] = len(self.builder.template.signals)
+            self.builder.template.signals.append(
+                SignalDecl(kind, operands, domain, source.span, format_expression(source))
+            )
+        return slot(Signal(known[key]))
+
+    def is_discrete(self, ref: Ref) -> bool:
+        """Tell whether a variable is declared to change at events only."""
+        return self.builder is not None and declaration_of(self.builder.template, ref).discrete
 
     def component_shape(self, reference: tree.Reference) -> tuple[int, ...] | None:
         """Return the array dimensions of a component; None if the name means a value."""
@@ -137,6 +193,8 @@ class ClassEnvironment:
         parts = call.function.parts
         if len(parts) == 1 and not call.function.absolute:
             handler = find_builtin(parts[0].name)
+            if handler is None:
+                handler = find_event_operator(parts[0].name)
             if handler is not None:
                 return handler(call, arguments)
             if parts[0].name in BUILTIN_TYPES and len(call.arguments) == 1:
@@ -155,7 +213,9 @@ class ClassEnvironment:
         found = find_name(self.owner, call.function, skip_components=True)
         if isinstance(found, Builtin) or not isinstance(found, ClassDef):
             name = str(call.function)
-            close = nearest(name, [*builtin_names(), *_functions_near(self.owner)])
+            close = nearest(
+                name, [*builtin_names(), *event_operator_names(), *_functions_near(self.owner)]
+            )
             fail("N116", f"there is no function {name}", call.function.span,
                  notes=[f"did you mean {' or '.join(close)}?"] if close else [],
                  help=f"write {close[0]}" if close else "declare it or import it")  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -26,6 +27,7 @@ from acausal.instantiation.arrays import (
     too_long,
 )
 from acausal.instantiation.domain import has_loops
+from acausal.instantiation.template import Ref
 from acausal.instantiation.values import (
     LITERAL,
     Index,
@@ -55,6 +57,18 @@ class Environment(Protocol):
 
     def call(self, call: tree.Call) -> Value:
         """Return the value of a function call."""
+
+    def stored(self, reference: tree.Reference) -> Value:
+        """Return the variable that a reference names, whatever was assigned to it."""
+
+    def signal(self, kind: str, operands: tuple[Expr, ...], source: tree.Expression) -> Expr:
+        """Return the slot of a signal, see :class:`~acausal.instantiation.template.Signal`."""
+
+    def events(self, call: tree.Call) -> None:
+        """Refuse an operator of hybrid systems where there are no events."""
+
+    def is_discrete(self, ref: Ref) -> bool:
+        """Tell whether a variable is declared to change at events only."""
 
     def component_shape(self, reference: tree.Reference) -> tuple[int, ...] | None:
         """Return the array dimensions of a component that is no value; None for anything else."""
@@ -248,6 +262,9 @@ def _relation(e: tree.Binary, left: Value, right: Value) -> Value:
     ):
         fail("T106", f"cannot compare {_article(left)} with {_article(right)}", e.span,
              help="compare values of one type")  # fmt: skip
+    if (left.type == "Boolean") != (right.type == "Boolean"):
+        fail("T106", f"cannot compare {_article(left)} with {_article(right)}", e.span,
+             help="a Boolean is compared with true, false or another Boolean")  # fmt: skip
     if left.shape or right.shape:
         fail("T106", "arrays cannot be compared", e.span, help="compare their elements")
     units.added(left.unit, right.unit, "comparing", "U105", e.span, e.left.span, e.right.span)
@@ -294,7 +311,10 @@ def _if(e: tree.IfExpression, env: Environment) -> Value:
             branch.unit, value.unit, "an if gives", "U101", e.span, source.span, last.span
         )
         type_ = common_type([value, branch], [last.span, source.span])
+        enumeration = value.enumeration
         value = mapped(build.if_, type_, unit, condition_value, branch, value)
+        if enumeration is not None:
+            value = replace(value, enumeration=enumeration)
     return value
 
 
@@ -330,7 +350,8 @@ def _comprehension(e: tree.ArrayComprehension, env: Environment) -> Value:
         own = {i.name: _item(r, x) for i, r, x in zip(e.indices, ranges, index, strict=False)}
         return elaborate(e.element, env.with_locals(own)).get(index[outer:])
 
-    return settled(Value(first.type, (*shape, *first.shape), get, first.unit))
+    result = settled(Value(first.type, (*shape, *first.shape), get, first.unit))
+    return replace(result, enumeration=first.enumeration)
 
 
 def iteration(index: tree.ForIndex, env: Environment) -> Value:
@@ -350,7 +371,7 @@ def iteration(index: tree.ForIndex, env: Environment) -> Value:
 
 
 def _item(values: Value, index: Expr) -> Value:
-    return scalar(values.get((index,)), values.type, values.unit)
+    return scalar(values.get((index,)), values.type, values.unit, values.enumeration)
 
 
 def passes(
@@ -397,6 +418,22 @@ class EndEnvironment:
     def reference(self, reference: tree.Reference) -> Value:
         """Return the value of a component reference."""
         return self._env.reference(reference)
+
+    def stored(self, reference: tree.Reference) -> Value:
+        """Return the variable that a reference names."""
+        return self._env.stored(reference)
+
+    def signal(self, kind: str, operands: tuple[Expr, ...], source: tree.Expression) -> Expr:
+        """Return the slot of a signal."""
+        return self._env.signal(kind, operands, source)
+
+    def events(self, call: tree.Call) -> None:
+        """Refuse an operator of hybrid systems where there are no events."""
+        self._env.events(call)
+
+    def is_discrete(self, ref: Ref) -> bool:
+        """Tell whether a variable is declared to change at events only."""
+        return self._env.is_discrete(ref)
 
     def call(self, call: tree.Call) -> Value:
         """Return the value of a function call."""

@@ -25,6 +25,7 @@ from acausal.instantiation.expressions import (
 )
 from acausal.instantiation.merge import Element, merge, primitive_type, type_of
 from acausal.instantiation.subscripts import subscripted
+from acausal.instantiation.template import Ref
 from acausal.instantiation.values import UnitOf, Value, constants, indices, position
 from acausal.modeling.classes import ClassDef
 from acausal.syntax import tree
@@ -103,6 +104,24 @@ class FunctionEnvironment:
     def call(self, call: tree.Call) -> Value:
         """Return the value of a call."""
         return self.outside.call_in(call, self)
+
+    def stored(self, reference: tree.Reference) -> Value:
+        """Refuse ``pre``, ``edge`` and ``change``: functions have no events."""
+        fail("E008", "functions have no events", reference.span,
+             help="use it in a model")  # fmt: skip
+
+    def signal(self, kind: str, operands: tuple[Expr, ...], source: tree.Expression) -> Expr:
+        """Refuse ``sample`` and ``delay``: functions have no events."""
+        fail("E008", "functions have no events", source.span,
+             help="use it in a model")  # fmt: skip
+
+    def events(self, call: tree.Call) -> None:
+        """Refuse an operator of hybrid systems: functions have no events."""
+        fail("E008", "functions have no events", call.span, help="use it in a model")
+
+    def is_discrete(self, ref: Ref) -> bool:
+        """Return False: functions have no variables of the model."""
+        return False
 
     def component_shape(self, reference: tree.Reference) -> tuple[int, ...] | None:
         """Return None: a function has values only."""
@@ -247,7 +266,7 @@ def _run(statements: tuple[tree.Statement, ...], env: FunctionEnvironment) -> No
             if str(statement.call.function) != "assert":
                 env.call(statement.call)
         else:
-            fail("E001", "when is not allowed in a function", statement.span,
+            fail("E008", "when is not allowed in a function", statement.span,
                  help="functions have no events")  # fmt: skip
 
 

@@ -9,7 +9,7 @@ from acausal.diagnostics.suggest import nearest
 from acausal.expressions.nodes import Expr, slot
 from acausal.instantiation.subscripts import axis
 from acausal.instantiation.template import Ref, Step, Template, VariableDecl
-from acausal.instantiation.values import Index, UnitOf, Value, number
+from acausal.instantiation.values import LITERAL, Index, UnitOf, Value, number
 from acausal.syntax import tree
 from acausal.units.unit import parse_unit
 
@@ -161,7 +161,21 @@ def _leaf(
         path = tuple(Step(name, taken(step)) for name, step in steps)
         return slot(Ref(path, declaration.name, taken(axes), parameter, 0, outer))
 
-    return Value("Real", shape, get, unit_of(declaration))
+    unit = unit_of(declaration)
+    if declaration.base == "Integer" and unit is None:
+        unit = LITERAL
+    enumeration = template.enumerations.get(declaration.name)
+    return Value(declaration.base, shape, get, unit, enumeration=enumeration)
+
+
+def declaration_of(template: Template, ref: Ref) -> VariableDecl:
+    """Return the declaration that a reference inside a class leads to."""
+    if ref.outer:
+        inner = template.outers.get(ref.outer)
+        template = template.outer_values[ref.outer] if inner is None else inner
+    for step in ref.path:
+        template = template.children[step.name].template
+    return (template.parameters if ref.parameter else template.variables)[ref.name]
 
 
 def _selected(value: Value, axes: list[Value]) -> Value:

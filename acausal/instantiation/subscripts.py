@@ -37,7 +37,7 @@ def subscripted(value: Value, subscripts: tuple[tree.Expression, ...], env: Envi
     if not shape:
         return Value(value.type, (), lambda _: get(()), value.unit, value.text,
                      value.fields, value.enumeration)  # fmt: skip
-    return Value(value.type, shape, get, value.unit)
+    return Value(value.type, shape, get, value.unit, enumeration=value.enumeration)
 
 
 def axis(subscript: tree.Expression | None, n: int, env: Environment) -> Value:

@@ -360,6 +360,7 @@ class Template:
             them ``inner``.
         inner_values: Names of ``inner`` variables and parameters.
         bound: Paths of variables whose value is set where the class is used.
+        enumerations: Classes of the enumerations among the variables, by variable.
         discrete: Equations of variables that change at events only.
         initial_discrete: The same for the first instant: ``pre(b) = ...`` has a target with
             ``pre``, ``b = ...`` one without.
@@ -378,6 +379,7 @@ class Template:
     outer_values: dict[str, Template] = field(default_factory=dict)
     inner_values: set[str] = field(default_factory=set)
     bound: frozenset[tuple[str, ...]] = frozenset()
+    enumerations: dict[str, ClassDef] = field(default_factory=dict)
     equations: list[EquationDecl] = field(default_factory=list)
     initial_equations: list[EquationDecl] = field(default_factory=list)
     bindings: list[BindingDecl] = field(default_factory=list)

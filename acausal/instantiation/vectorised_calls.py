@@ -71,7 +71,8 @@ def call_function(
         return known[index]
 
     def output(k: int, first: Value) -> Value:
-        return Value(first.type, shape + first.shape, lambda i: at(i[:n])[k].get(i[n:]), first.unit)
+        return Value(first.type, shape + first.shape, lambda i: at(i[:n])[k].get(i[n:]),
+                     first.unit, enumeration=first.enumeration)  # fmt: skip
 
     return [output(k, first) for k, first in enumerate(at((ONE,) * n))]
 
