@@ -29,6 +29,12 @@ def _discrete_rows(template: Template) -> int:
     return sum(targets.values())
 
 
+def _inputs(cut: Template) -> int:
+    """Return the number of inputs in a cut, which get their values from outside."""
+    own = sum(v.size for v in cut.variables.values() if v.causality == "input")
+    return own + sum(child.size * _inputs(child.template) for child in cut.children.values())
+
+
 def check_class(template: Template) -> None:
     """Refuse a class without components whose equations and unknowns differ in number.
 
@@ -65,7 +71,8 @@ def check_class(template: Template) -> None:
                 rows += child.size
             continue
         leaves = cut_leaves(child.template)
-        inside += child.size * sum(size for _, size, through, _ in leaves if not through)
+        across = sum(size for _, size, through, _ in leaves if not through)
+        inside += child.size * (across - _inputs(child.template))
     wanted = unknowns + inside
     if rows == wanted:
         return

@@ -127,7 +127,7 @@ def _terms(e: tree.Call, env: Environment) -> tuple[list[Expr], UnitOf, str]:
         unit: UnitOf = LITERAL
         for v in values:
             unit = units.join(unit, v.unit)
-        whole = bool(values) and all(v.type == "Integer" for v in values)
+        whole = all(v.type == "Integer" for v in values)
         return [x for v in values for x in v.elements()], unit, "Integer" if whole else "Real"
     (argument,) = arguments(e, 1)
     value = elaborate_real(argument, env)
