@@ -10,7 +10,7 @@ import logging
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -84,6 +84,7 @@ def compile_class(
     from acausal.diagnosis.singular import explain_singularity
     from acausal.elimination.eliminate import eliminate
     from acausal.events.lowering import lower_events
+    from acausal.events.rests import with_rests
     from acausal.flattening.flatten import flatten
     from acausal.flattening.open_inputs import refuse_open_inputs
     from acausal.instantiation.instantiate import instantiate
@@ -104,7 +105,9 @@ def compile_class(
     with stages.timed("events"):
         flattened.model = lower_events(flattened.model)
     with stages.timed("eliminate"):
-        elimination = stages.elimination = eliminate(flattened.model)
+        elimination = eliminate(flattened.model)
+        elimination = replace(elimination, model=with_rests(elimination.model))
+        stages.elimination = elimination
         reduced = elimination.model
     with stages.timed("reduce index"):
         chains = stages.chains = chains_of(reduced.derivative, elimination.active)

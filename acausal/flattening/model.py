@@ -309,6 +309,23 @@ class Reinits:
 
 
 @dataclass(frozen=True)
+class Rests:
+    """Reinits that may end in rest: while ``at_rest`` holds 1, the derivative is zero.
+
+    Attributes:
+        reinits: Numbers of the reinits, shape ``(k,)``.
+        at_rest: Held positions of the flags, shape ``(k,)``.
+        sign: Held positions of the sign with which the support acts, shape ``(k,)``.
+        supported: Held positions of the relations ``support > 0``, shape ``(k,)``.
+    """
+
+    reinits: Ids
+    at_rest: Ids
+    sign: Ids
+    supported: Ids
+
+
+@dataclass(frozen=True)
 class Hybrid:
     """What happens at events. Held values are the last parameters: ``first + position``.
 
@@ -349,6 +366,7 @@ class Hybrid:
         reinits: New values of continuous variables.
         terminations: Conditions that end the simulation.
         relevant: Held values that the continuous equations read, shape ``(h,)``.
+        rests: Where bodies can come to rest; see :mod:`acausal.events.rests`.
     """
 
     first: int

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from acausal.diagnostics import AcausalError
 from acausal.flattening.model import Ids
 from acausal.results.result import Ending, Event
+from acausal.simulation.accumulation import Accumulation
 from acausal.simulation.continuous_values import RunValues
 from acausal.simulation.event_iteration import Endless, EventIteration
 from acausal.simulation.event_kernels import EventKernels
@@ -40,6 +41,7 @@ class EventHandler:
         self._run = run
         self._hybrid = hybrid
         self._impacts = Impacts(run.system)
+        self._accumulation = Accumulation(hybrid)
         self._schedule = Schedule(hybrid, start)
         self._tools: dict[int, tuple[EventIteration, RunValues]] = {}
         self._texts: EventTexts | None = None
@@ -59,7 +61,10 @@ class EventHandler:
             self._run.system, assembled.layout, assembled.states, assembled.native.problem.w,
             integrator, self._impacts,
         )  # fmt: skip
-        self._tools[id(assembled)] = EventIteration(assembled.events), values
+        self._tools[id(assembled)] = (
+            EventIteration(assembled.events, self._accumulation),
+            values,
+        )
 
     def _present(self) -> tuple[Assembled, EventKernels, EventIteration, RunValues, Integrator]:
         current = self._run.current
@@ -122,6 +127,9 @@ class EventHandler:
             run.fail(error)
             return False
         self._describe(kernels, time, before, is_root)
+        for reinit in iteration.rested.tolist():
+            name = run.system.names.variable(int(self._hybrid.reinits.wanted[reinit]))
+            run.events.append(Event(time, f"impacts accumulate: {name} comes to rest"))
         if iteration.solved:
             self._restart(time, values)
             current, kernels, iteration, values, integrator = self._present()

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from acausal.diagnostics import AcausalError
 from acausal.flattening.model import Ids
+from acausal.simulation.accumulation import Accumulation
 from acausal.simulation.event_kernels import EventKernels
 
 Array = NDArray[np.float64]
@@ -71,11 +72,15 @@ class EventIteration:
 
     Attributes:
         kernels: The discrete equations.
+        accumulation: Watches impacts.
+        rested: Reinits whose bodies have come to rest during the last settlement.
         solved: Continuous values were found anew during the last settlement.
     """
 
-    def __init__(self, kernels: EventKernels) -> None:
+    def __init__(self, kernels: EventKernels, accumulation: Accumulation) -> None:
         self.kernels = kernels
+        self.accumulation = accumulation
+        self.rested: Ids = np.zeros(0, np.int64)
         hybrid = kernels.hybrid
         self._n = hybrid.n_discrete
         self._relevant = np.flatnonzero(hybrid.relevant)
@@ -123,6 +128,7 @@ class EventIteration:
         """
         kernels = self.kernels
         self.solved = False
+        self.rested = self.rested[:0]
         self._known = kernels.held[self._relevant]
         kernels.remember_limits()
         if len(samples):
@@ -201,6 +207,8 @@ class EventIteration:
                 keep = np.flatnonzero(differ)[only:]
                 wanted[keep] = held[keep]
             kernels.hold_relations(wanted)
+        if changed and self.accumulation.end_rests(kernels):
+            kernels.evaluate_relations()
         before = kernels.held[:n].copy()
         kernels.assign(initial=initial)
         return changed or not np.array_equal(before, kernels.held[:n])
@@ -215,12 +223,25 @@ class EventIteration:
         done = self._reinit_done
         if done is not None and np.array_equal(done[acting], values[acting]):
             return False
-        continuous.reinit(acting, values, time)
+        ending = self.accumulation.ending(acting, values, time)
+        if len(ending):
+            self._come_to_rest(continuous, acting, ending, time)
+        else:
+            continuous.reinit(acting, values, time)
         done = np.full(len(values), np.nan) if done is None else done
         done[acting] = values[acting]
         self._reinit_done = done
         self.solved = True
         return True
+
+    def _come_to_rest(self, continuous: Continuous, acting: Ids, ending: Ids, time: float) -> None:
+        values = self.kernels.reinit_values.copy()
+        values[ending] = 0.0
+        continuous.reinit(acting, values, time)
+        self.accumulation.begin_rest(ending, self.kernels)
+        self._solve(continuous, time)
+        self.accumulation.orient(ending, self.kernels)
+        self.rested = ending
 
     def _one_at_a_time(self, continuous: Continuous, time: float, initial: bool) -> None:
         """Change the first wrong relation, solve, and again."""

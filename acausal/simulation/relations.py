@@ -30,7 +30,7 @@ from acausal.flattening.model import EquationFamily, Hybrid, Ids
 Array = NDArray[np.float64]
 
 #: Share of the largest ``g`` within which a relation stays as it is.
-SHARE = 1e-10
+SHARE = 1e-12
 #: Times nearer to each other than this share of theirs are one.
 SAME_TIME = 1e-13
 

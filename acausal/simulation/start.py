@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from acausal.diagnostics import Diagnostic
 from acausal.flattening.model import Ids
 from acausal.initialization.start import initialize
+from acausal.simulation.accumulation import Accumulation
 from acausal.simulation.continuous_values import VALUES, StartValues, start_vector
 from acausal.simulation.event_iteration import Endless, EventIteration
 from acausal.simulation.event_kernels import EventKernels
@@ -62,7 +63,7 @@ def start_values(system: System, selector: StateSelector, time: float) -> Begin:
     kernels = EventKernels(system.hybrid, relations, w, VALUES + np.arange(n), VALUES + n)
     values = StartValues(system, states, w)
     try:
-        EventIteration(kernels).first(values, time)
+        EventIteration(kernels, Accumulation(system.hybrid)).first(values, time)
     except Endless as reason:
         raise endless(system, kernels, reason, values.values, time) from None
     parameters = w[VALUES + n :].copy()

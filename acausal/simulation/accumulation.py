@@ -1,0 +1,94 @@
+"""Impacts that accumulate: recognised, and ended in rest.
+
+Impacts of one reinit follow each other ever faster, with ever smaller velocities. When the
+velocity has become :data:`SHARE` of that of the first one, the infinitely many impacts that are
+still to come take less than that share of the time so far, and the bodies move by its square. Then
+the velocity is set to zero and the body rests (:mod:`acausal.events.rests`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.flattening.model import Hybrid, Ids
+from acausal.simulation.event_kernels import EventKernels
+
+Array = NDArray[np.float64]
+
+#: Share of the velocity after the first impact at which a body comes to rest.
+SHARE = 1e-5
+#: Impacts in a row, each sooner and weaker than the one before.
+LEAST = 5
+
+
+class Accumulation:
+    """Watches the impacts of all reinits that may end in rest."""
+
+    def __init__(self, hybrid: Hybrid) -> None:
+        self._rests = hybrid.rests
+        n = hybrid.reinits.count
+        self._number = np.full(n, -1, np.int64)
+        if hybrid.rests is not None:
+            self._number[hybrid.rests.reinits] = np.arange(len(hybrid.rests.reinits))
+        self._last = np.full(n, -np.inf)
+        self._gap = np.full(n, np.inf)
+        self._speed = np.full(n, np.inf)
+        self._first = np.zeros(n)
+        self._count = np.zeros(n, np.int64)
+
+    def ending(self, acting: Ids, values: Array, time: float) -> Ids:
+        """Take note of impacts; return the reinits that end in rest now.
+
+        Args:
+            acting: Numbers of the reinits that act.
+            values: New values of all reinits.
+            time: Seconds.
+        """
+        if self._rests is None:
+            return acting[:0]
+        speed, gap = np.abs(values[acting]), time - self._last[acting]
+        repeated = gap == 0.0
+        weaker = (gap < self._gap[acting]) & (speed < self._speed[acting]) & (gap < np.inf)
+        self._count[acting] = np.where(
+            repeated, self._count[acting], np.where(weaker, self._count[acting] + 1, 0)
+        )
+        fresh = self._count[acting] == 0
+        self._first[acting] = np.where(fresh, speed, self._first[acting])
+        self._gap[acting] = np.where(repeated, self._gap[acting], gap)
+        self._speed[acting] = speed
+        self._last[acting] = time
+        ends = (self._count[acting] >= LEAST) & (speed <= SHARE * self._first[acting])
+        ends &= self._number[acting] >= 0
+        self._count[acting[ends]] = 0
+        return acting[ends]
+
+    def begin_rest(self, ending: Ids, kernels: EventKernels) -> None:
+        """Hold the bodies of some reinits at rest."""
+        assert self._rests is not None
+        number = self._number[ending]
+        kernels.held[self._rests.at_rest[number]] = 1.0
+        kernels.held[self._rests.sign[number]] = 1.0
+        kernels.held[self._rests.supported[number]] = 1.0
+
+    def orient(self, ending: Ids, kernels: EventKernels) -> None:
+        """Let the support act in the direction in which it is needed now."""
+        assert self._rests is not None
+        number = self._number[ending]
+        kernels.evaluate_relations()
+        place = self._rests.supported[number]
+        relations = kernels.states.relations
+        g = np.zeros(len(kernels.held))
+        g[relations.place] = kernels.states.g
+        kernels.held[self._rests.sign[number]] = np.where(g[place] < 0.0, -1.0, 1.0)
+
+    def end_rests(self, kernels: EventKernels) -> bool:
+        """End the rests whose support would have to pull; return whether any ends."""
+        if self._rests is None:
+            return False
+        held = kernels.held
+        ends = (held[self._rests.at_rest] > 0.0) & (held[self._rests.supported] == 0.0)
+        if not ends.any():
+            return False
+        held[self._rests.at_rest[ends]] = 0.0
+        return True
