@@ -367,6 +367,7 @@ class Hybrid:
         terminations: Conditions that end the simulation.
         relevant: Held values that the continuous equations read, shape ``(h,)``.
         rests: Where bodies can come to rest; see :mod:`acausal.events.rests`.
+        rests: Where bodies can come to rest; see :mod:`acausal.events.rests`.
     """
 
     first: int
@@ -391,6 +392,7 @@ class Hybrid:
     reinits: Reinits
     terminations: tuple[Termination, ...]
     relevant: NDArray[np.bool_]
+    rests: Rests | None = None
 
     @property
     def count(self) -> int:
