@@ -30,7 +30,7 @@ from acausal.instantiation.expressions import (
     elaborate_real,
     passes,
 )
-from acausal.instantiation.template import Ref
+from acausal.instantiation.template import Ref, Unset
 from acausal.instantiation.values import (
     LITERAL,
     Index,
@@ -301,7 +301,7 @@ def _cat(e: tree.Call, env: Environment) -> Value:
 
 def derivative_of(operand: Expr) -> Expr:
     """Return the slot of the time derivative of a slot; zero for what does not change."""
-    ref = operand.value
+    ref = operand.value.ref if isinstance(operand.value, Unset) else operand.value
     if isinstance(ref, Ref) and not ref.parameter and not ref.pre:
         return slot(replace(ref, order=ref.order + 1))
     return ZERO
@@ -312,7 +312,7 @@ def _der(e: tree.Call, env: Environment) -> Value:
     value = elaborate_real(argument, env)
 
     def rate(operand: Expr) -> Expr:
-        ref = operand.value
+        ref = operand.value.ref if isinstance(operand.value, Unset) else operand.value
         if isinstance(ref, Ref) and not ref.parameter and env.is_discrete(ref):
             fail("E013", f"{ref.name or format_expression(argument)} changes at events only "
                  "and has no derivative", e.span,

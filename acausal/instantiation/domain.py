@@ -11,7 +11,7 @@ from acausal.expressions.build import number_of
 from acausal.expressions.evaluate import evaluate
 from acausal.expressions.nodes import Expr, const, slot
 from acausal.expressions.traverse import postorder, slot_nodes, slots, substitute
-from acausal.instantiation.template import Domain, LoopIndex, Ref, Signal, Step, TableEntry
+from acausal.instantiation.template import Domain, LoopIndex, Ref, Signal, Step, TableEntry, Unset
 
 
 def only_loops(expr: Expr) -> bool:
@@ -22,7 +22,9 @@ def only_loops(expr: Expr) -> bool:
         if node in seen:
             continue
         seen.add(node)
-        if node.op == "time" or (node.op == "slot" and isinstance(node.value, (Ref, Signal))):
+        if node.op == "time" or (
+            node.op == "slot" and isinstance(node.value, (Ref, Signal, Unset))
+        ):
             return False
         stack += node.args
     return True

@@ -13,7 +13,7 @@ from acausal.instantiation import unit_algebra as units
 from acausal.instantiation.arrays import mapped, require_shape
 from acausal.instantiation.builtins import arguments
 from acausal.instantiation.expressions import SECOND, Environment, elaborate_real
-from acausal.instantiation.template import INITIAL, TERMINAL, Ref, Signal
+from acausal.instantiation.template import INITIAL, TERMINAL, Ref, Signal, Unset
 from acausal.instantiation.values import Index, Value, scalar
 from acausal.syntax import tree
 from acausal.syntax.formatter import format_expression
@@ -49,7 +49,7 @@ def before(expr: Expr) -> Expr:
 def is_fixed(expr: Expr) -> bool:
     """Tell whether an expression depends on parameters and loop indices only."""
     for part in postorder(expr):
-        if part.op == "time" or isinstance(part.value, Signal):
+        if part.op == "time" or isinstance(part.value, (Signal, Unset)):
             return False
         if isinstance(part.value, Ref) and not part.value.parameter:
             return False

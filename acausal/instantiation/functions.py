@@ -1,29 +1,19 @@
-"""User functions, executed symbolically where they are called.
-
-A function's algorithm is run on expressions: an assignment replaces the expression of a name, a
-loop over a constant range is unrolled, an ``if`` on an unknown condition runs both branches and
-joins what they assigned. What comes out is an expression like any other, so that it can be
-differentiated and shares common parts.
-"""
+"""User functions, executed symbolically where they are called."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from acausal.diagnostics import Span, fail
 from acausal.diagnostics.suggest import nearest
 from acausal.expressions import build
-from acausal.expressions.nodes import ONE, ZERO, Expr, const
+from acausal.expressions.nodes import ZERO, Expr, const
 from acausal.instantiation import unit_algebra as units
 from acausal.instantiation.arrays import LONGEST_REDUCTION, require_shape
-from acausal.instantiation.expressions import (
-    constant_number,
-    elaborate,
-    elaborate_condition,
-    passes,
-)
+from acausal.instantiation.expressions import constant_number, elaborate
 from acausal.instantiation.merge import Element, merge, primitive_type, type_of
+from acausal.instantiation.statements import Return, run
 from acausal.instantiation.subscripts import subscripted
 from acausal.instantiation.template import Ref
 from acausal.instantiation.values import UnitOf, Value, constants, indices, position
@@ -38,14 +28,6 @@ if TYPE_CHECKING:
 DEEPEST_CALL = 100
 
 
-class _Break(Exception):  # noqa: N818 - control flow of the interpreted program
-    """``break``."""
-
-
-class _Return(Exception):  # noqa: N818 - control flow of the interpreted program
-    """``return``."""
-
-
 @dataclass
 class _Local:
     """A variable of the function: its elements, last subscript fastest; None if unassigned."""
@@ -55,9 +37,10 @@ class _Local:
     elements: list[Expr | None]
     unit: UnitOf
     value: Value | None = None
+    enumeration: ClassDef | None = None
 
     def copy(self) -> _Local:
-        return _Local(self.type, self.shape, list(self.elements), self.unit, self.value)
+        return replace(self, elements=list(self.elements))
 
 
 @dataclass
@@ -99,7 +82,7 @@ class FunctionEnvironment:
 
         if not local.shape:
             get(())
-        return Value(local.type, local.shape, get, local.unit)
+        return Value(local.type, local.shape, get, local.unit, enumeration=local.enumeration)
 
     def call(self, call: tree.Call) -> Value:
         """Return the value of a call."""
@@ -122,6 +105,60 @@ class FunctionEnvironment:
     def is_discrete(self, ref: Ref) -> bool:
         """Return False: functions have no variables of the model."""
         return False
+
+    def assign(self, target: tree.Reference, value: Value, statement: tree.Assignment) -> None:
+        """Give a variable of the function a value."""
+        _store(target, value, self, statement.span)
+
+    def results(self, call: tree.Call) -> list[Value]:
+        """Return all outputs of a function call."""
+        return self.outside.call_all(call, self)
+
+    def snapshot(self) -> dict[str, _Local]:
+        """Return the values of all variables."""
+        return {n: v.copy() for n, v in self.locals.items()}
+
+    def restore(self, state: dict[str, _Local]) -> None:
+        """Go back to earlier values."""
+        self.locals = {n: v.copy() for n, v in state.items()}
+
+    def enter(self, condition: Expr) -> None:
+        """Begin a branch."""
+
+    def leave(self) -> None:
+        """End a branch."""
+
+    def join(self, condition: Expr, holds: dict[str, _Local], span: Span) -> None:
+        """Choose between the values of a branch and the present ones, those of the other."""
+        for name, local in self.locals.items():
+            first = holds[name]
+            if first.value is not local.value and "record" in (first.type, local.type):
+                fail("T127", f"{name} is a record assigned under an unknown condition", span,
+                     help="assign its fields with if expressions")  # fmt: skip
+            if local.type != "record":
+                changed = first.elements != local.elements
+                local.elements = [
+                    a
+                    if a is b
+                    else (None if a is None or b is None else build.if_(condition, a, b))
+                    for a, b in zip(first.elements, local.elements, strict=True)
+                ]
+                if changed:
+                    local.value = None
+
+    def invoke(self, statement: tree.CallStatement) -> None:
+        """Execute a call without result; assertions of functions are not watched."""
+        if str(statement.call.function) != "assert":
+            self.call(statement.call)
+
+    def when(self, statement: tree.WhenStatement) -> None:
+        """Refuse a when."""
+        fail("E008", "when is not allowed in a function", statement.span,
+             help="functions have no events")  # fmt: skip
+
+    def give_back(self, statement: tree.ReturnStatement) -> None:
+        """Execute ``return``."""
+        raise Return
 
     def component_shape(self, reference: tree.Reference) -> tuple[int, ...] | None:
         """Return None: a function has values only."""
@@ -186,8 +223,8 @@ def inline(
     try:
         for statements, owner in merged.algorithms:
             env.outside = outside.in_class(owner)
-            _run(statements, env)
-    except _Return:
+            run(statements, env)
+    except Return:
         pass
     return [env.read(e.name, tree.Reference(call.span, (tree.NamePart(call.span, e.name),)))
             for e in outputs]  # fmt: skip
@@ -228,7 +265,7 @@ def _declare(
         else:
             shape.append(int(constant_number(d, env, "an array size")))
     size = tuple(shape)
-    local = _Local(kind.base, size, [None] * len(indices(size)), unit)
+    local = _Local(kind.base, size, [None] * len(indices(size)), unit, enumeration=kind.enumeration)
     env.locals[element.name] = local
     if value is not None:
         require_shape(value, size, f"the value of {element.name}", call.span)
@@ -246,39 +283,6 @@ def _declare(
 def constants_only(value: Value) -> bool:
     """Tell whether all elements are constant, without unrolling long arrays."""
     return value.size <= LONGEST_REDUCTION and constants(value) is not None
-
-
-def _run(statements: tuple[tree.Statement, ...], env: FunctionEnvironment) -> None:
-    for statement in statements:
-        if isinstance(statement, tree.Assignment):
-            _assign(statement, env)
-        elif isinstance(statement, tree.IfStatement):
-            _branch(list(statement.branches), statement.otherwise, env)
-        elif isinstance(statement, tree.ForStatement):
-            _loop(statement, env)
-        elif isinstance(statement, tree.WhileStatement):
-            _while(statement, env)
-        elif isinstance(statement, tree.BreakStatement):
-            raise _Break
-        elif isinstance(statement, tree.ReturnStatement):
-            raise _Return
-        elif isinstance(statement, tree.CallStatement):
-            if str(statement.call.function) != "assert":
-                env.call(statement.call)
-        else:
-            fail("E008", "when is not allowed in a function", statement.span,
-                 help="functions have no events")  # fmt: skip
-
-
-def _assign(statement: tree.Assignment, env: FunctionEnvironment) -> None:
-    if isinstance(statement.target, tree.TupleExpression):
-        assert isinstance(statement.value, tree.Call)
-        results = env.outside.call_all(statement.value, env)
-        for target, value in zip(statement.target.elements, results, strict=False):
-            if isinstance(target, tree.Reference):
-                _store(target, value, env, statement.span)
-        return
-    _store(statement.target, elaborate(statement.value, env), env, statement.span)
 
 
 def _store(target: tree.Reference, value: Value, env: FunctionEnvironment, span: Span) -> None:
@@ -326,72 +330,3 @@ def env_input(env: FunctionEnvironment, name: str) -> bool:
     """Tell whether a name is an input of the function."""
     element = merge(env.function).elements.get(name)
     return element is not None and element.has("input")
-
-
-def _branch(
-    branches: list[tuple[tree.Expression, tuple[tree.Statement, ...]]],
-    otherwise: tuple[tree.Statement, ...],
-    env: FunctionEnvironment,
-) -> None:
-    if not branches:
-        _run(otherwise, env)
-        return
-    condition, body = branches[0]
-    c = elaborate_condition(condition, env).expr
-    if c is ONE or (c.op == "const" and c is not ZERO):
-        _run(body, env)
-        return
-    if c is ZERO:
-        _branch(branches[1:], otherwise, env)
-        return
-    before = {n: v.copy() for n, v in env.locals.items()}
-    try:
-        _run(body, env)
-        after = env.locals
-        env.locals = before
-        _branch(branches[1:], otherwise, env)
-    except (_Break, _Return):
-        fail("T127", "return or break under a condition that is not known", condition.span,
-             help="assign the result in both branches instead")  # fmt: skip
-    for name, local in env.locals.items():
-        first = after[name]
-        if first.value is not local.value and "record" in (first.type, local.type):
-            fail("T127", f"{name} is a record assigned under an unknown condition",
-                 condition.span, help="assign its fields with if expressions")  # fmt: skip
-        if local.type != "record":
-            changed = first.elements != local.elements
-            local.elements = [
-                a if a is b else (None if a is None or b is None else build.if_(c, a, b))
-                for a, b in zip(first.elements, local.elements, strict=True)
-            ]
-            if changed:
-                local.value = None
-
-
-def _loop(statement: tree.ForStatement, env: FunctionEnvironment) -> None:
-    hidden = env.hidden
-    try:
-        for own in passes(statement.indices, env, statement.span):
-            env.hidden = {**hidden, **own}
-            _run(statement.body, env)
-    except _Break:
-        pass
-    finally:
-        env.hidden = hidden
-
-
-def _while(statement: tree.WhileStatement, env: FunctionEnvironment) -> None:
-    for _ in range(LONGEST_REDUCTION):
-        condition = elaborate_condition(statement.condition, env).expr
-        if condition.op != "const":
-            fail("T128", "the end of this while loop depends on a variable",
-                 statement.condition.span,
-                 help="use a for loop with a constant range, and if expressions in it")  # fmt: skip
-        if condition is ZERO:
-            return
-        try:
-            _run(statement.body, env)
-        except _Break:
-            return
-    fail("T128", f"this while loop has not ended after {LONGEST_REDUCTION} passes",
-         statement.span, help="check its condition")  # fmt: skip

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from acausal.diagnostics import fail
 from acausal.diagnostics.suggest import nearest
 from acausal.expressions.nodes import Expr, slot
+from acausal.instantiation.selection import chosen
 from acausal.instantiation.subscripts import axis
 from acausal.instantiation.template import Ref, Step, Template, VariableDecl
 from acausal.instantiation.values import LITERAL, Index, UnitOf, Value, number
@@ -15,7 +16,7 @@ from acausal.units.unit import parse_unit
 
 if TYPE_CHECKING:
     from acausal.instantiation.elaborate import TemplateBuilder
-    from acausal.instantiation.environment import ClassEnvironment
+    from acausal.instantiation.expressions import Environment
 
 
 def unit_of(declaration: VariableDecl) -> UnitOf:
@@ -26,7 +27,7 @@ def unit_of(declaration: VariableDecl) -> UnitOf:
     return unit.dimension if unit.factor == 1.0 and not unit.offset else None
 
 
-def follow(builder: TemplateBuilder, reference: tree.Reference, env: ClassEnvironment) -> Value:
+def follow(builder: TemplateBuilder, reference: tree.Reference, env: Environment) -> Value:
     """Walk down a component reference.
 
     Raises:
@@ -74,7 +75,7 @@ def follow(builder: TemplateBuilder, reference: tree.Reference, env: ClassEnviro
 
 
 def component_shape(
-    builder: TemplateBuilder, reference: tree.Reference, env: ClassEnvironment
+    builder: TemplateBuilder, reference: tree.Reference, env: Environment
 ) -> tuple[int, ...] | None:
     """Return the array dimensions of a component with equations of its own; None for a value."""
     builder.declare(reference.parts[0].name)
@@ -91,9 +92,7 @@ def component_shape(
     return shape
 
 
-def _outer_value(
-    builder: TemplateBuilder, reference: tree.Reference, env: ClassEnvironment
-) -> Value:
+def _outer_value(builder: TemplateBuilder, reference: tree.Reference, env: Environment) -> Value:
     """Return an ``outer`` variable, parameter or constant."""
     part = reference.parts[0]
     owner = builder.template.outer_values[part.name]
@@ -106,7 +105,7 @@ def _outer_value(
     return _leaf(builder, owner, declaration, [], axes, part.name)
 
 
-def _axes(part: tree.NamePart, shape: tuple[int, ...], env: ClassEnvironment) -> list[Value]:
+def _axes(part: tree.NamePart, shape: tuple[int, ...], env: Environment) -> list[Value]:
     if len(part.subscripts) > len(shape):
         what = "is not an array" if not shape else f"has {len(shape)} dimensions"
         fail("T113", f"{part.name} {what}", part.span,
@@ -147,19 +146,23 @@ def _leaf(
 ) -> Value:
     every = [a for _, step in steps for a in step] + axes
     shape = tuple(a.size for a in every if a.shape)
+    dimensions = _dimensions(builder.template, steps, outer)
     parameter = (
         declaration.name in template.parameters
         and template.parameters[declaration.name] is declaration
     )
 
+    sizes = (*(n for own in dimensions for n in own), *declaration.shape)
+
+    def element(index: Index) -> Expr:
+        free = iter(index)
+        path = tuple(Step(name, tuple(next(free) for _ in step)) for name, step in steps)
+        return slot(Ref(path, declaration.name, tuple(free), parameter, 0, outer))
+
     def get(index: Index) -> Expr:
         free = iter(index)
-
-        def taken(parts: list[Value]) -> Index:
-            return tuple(a.get((next(free),)) if a.shape else a.expr for a in parts)
-
-        path = tuple(Step(name, taken(step)) for name, step in steps)
-        return slot(Ref(path, declaration.name, taken(axes), parameter, 0, outer))
+        full = tuple(a.get((next(free),)) if a.shape else a.expr for a in every)
+        return chosen(element, full, sizes)
 
     unit = unit_of(declaration)
     if declaration.base == "Integer" and unit is None:
@@ -178,6 +181,21 @@ def declaration_of(template: Template, ref: Ref) -> VariableDecl:
     return (template.parameters if ref.parameter else template.variables)[ref.name]
 
 
+def _dimensions(
+    template: Template, steps: list[tuple[str, list[Value]]], outer: str
+) -> list[tuple[int, ...]]:
+    """Return the array dimensions of the components on a path."""
+    if outer:
+        inner = template.outers.get(outer)
+        template = template.outer_values[outer] if inner is None else inner
+    result: list[tuple[int, ...]] = []
+    for name, _ in steps:
+        child = template.children[name]
+        result.append(child.shape)
+        template = child.template
+    return result
+
+
 def _selected(value: Value, axes: list[Value]) -> Value:
     if not axes or all(a.shape and a.size == n for a, n in zip(axes, value.shape, strict=True)):
         return value
@@ -185,7 +203,8 @@ def _selected(value: Value, axes: list[Value]) -> Value:
 
     def get(index: Index) -> Expr:
         free = iter(index)
-        return value.get(tuple(a.get((next(free),)) if a.shape else a.expr for a in axes))
+        full = tuple(a.get((next(free),)) if a.shape else a.expr for a in axes)
+        return chosen(value.get, full, value.shape)
 
     return Value(value.type, shape, get, value.unit, value.text, None, value.enumeration)
 

@@ -10,6 +10,7 @@ from acausal.diagnostics import Span, fail
 from acausal.expressions.nodes import Expr
 from acausal.instantiation.arrays import LONGEST_REDUCTION, shape_text
 from acausal.instantiation.expressions import EndEnvironment, Environment, elaborate
+from acausal.instantiation.selection import chosen
 from acausal.instantiation.values import LITERAL, Index, Value, constants, table
 from acausal.syntax import tree
 from acausal.syntax.formatter import format_expression
@@ -32,7 +33,8 @@ def subscripted(value: Value, subscripts: tuple[tree.Expression, ...], env: Envi
 
     def get(index: Index) -> Expr:
         free = iter(index)
-        return value.get(tuple(a.get((next(free),)) if a.shape else a.expr for a in axes))
+        full = tuple(a.get((next(free),)) if a.shape else a.expr for a in axes)
+        return chosen(value.get, full, value.shape)
 
     if not shape:
         return Value(value.type, (), lambda _: get(()), value.unit, value.text,

@@ -68,6 +68,16 @@ INITIAL, TERMINAL = -1, -2
 
 
 @dataclass(frozen=True, slots=True)
+class Unset:
+    """The payload of a slot that stands for a variable which an algorithm has not set so far.
+
+    It is there only while the algorithm is executed symbolically.
+    """
+
+    ref: Ref
+
+
+@dataclass(frozen=True, slots=True)
 class LoopIndex:
     """The payload of a slot that stands for a loop index; its values are in the domain."""
 
