@@ -43,7 +43,7 @@ def show_blocks(flattened: Flattened, elimination: Elimination, system: System) 
     blocks = block_triangular_form(pointer, bases, offsets.matching)
     can = _solvable(reduced.families, system, rows, bases)
     torn = tear_blocks(blocks, pointer, bases, can)
-    names = Names(flattened.numbering, flattened.model.parameters, chains)
+    names = Names(flattened.numbering, flattened.model, chains)
     sizes, how_many = np.unique(blocks.sizes, return_counts=True)
     said = ", ".join(
         f"{count} of size {size}"

@@ -21,7 +21,7 @@ class _CutNames(Names):
     """Names of cuts, by number."""
 
     def __init__(self, flattened: Flattened) -> None:
-        super().__init__(flattened.numbering, np.zeros(0))
+        super().__init__(flattened.numbering, flattened.model)
         self._junctions = flattened.junctions
 
     def locate(self, ids: Ids, kind: Operand) -> Located:

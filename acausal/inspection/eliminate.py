@@ -20,7 +20,7 @@ from acausal.instantiation.places import Place, path_text
 def show_eliminate(flattened: Flattened, elimination: Elimination) -> list[str]:
     """Return aliases, zeros and definitions, and the equations and unknowns that remain."""
     counts = elimination.counts
-    names = Names(flattened.numbering, flattened.model.parameters)
+    names = Names(flattened.numbering, flattened.model)
     lines = [
         f"{counts.rows_before} equations became {counts.rows}, "
         f"{counts.families_before} families {counts.families}, in "

@@ -10,6 +10,7 @@ from acausal.expressions.text import to_text
 from acausal.flattening.flatten import Flattened
 from acausal.flattening.model import EquationFamily, Ids, Operand
 from acausal.inspection.equations import EquationForms
+from acausal.inspection.hybrid import show_hybrid
 from acausal.inspection.index_names import IndexNames
 from acausal.inspection.lists import columns, counted, indented, quantity, shortened
 from acausal.inspection.operands import Names
@@ -22,7 +23,7 @@ _PER_FAMILY = 6
 def show_flatten(flattened: Flattened) -> list[str]:
     """Return the flat model, a line for every family of scalars and every form of equation."""
     model, numbering = flattened.model, flattened.numbering
-    names = Names(numbering, model.parameters)
+    names = Names(numbering, model)
     lines = [
         f"{counted(numbering.n_declared, 'variable')} and "
         f"{counted(numbering.n_variables - numbering.n_declared, 'derivative')}, "
@@ -54,6 +55,8 @@ def show_flatten(flattened: Flattened) -> list[str]:
         lines += ["", "assertions"]
         own = [assertion_line(a.family, a.message, names) for a in model.assertions]
         lines += indented(shortened(len(own), own.__getitem__, "assertions"))
+    if model.hybrid is not None:
+        lines += show_hybrid(model.hybrid, names)
     return lines
 
 

@@ -39,7 +39,7 @@ def document(title: str, body: Sequence[str]) -> list[str]:
 def latex_flatten(flattened: Flattened) -> list[str]:
     """Return all equations as they were written and connected."""
     model = flattened.model
-    names = Names(flattened.numbering, model.parameters)
+    names = Names(flattened.numbering, model)
     lines = [rf"\section*{{Equations ({model.n_rows})}}"]
     lines += _aligned(EquationForms(model.families, names), 4 * SHOWN)
     if model.initial:
@@ -49,7 +49,7 @@ def latex_flatten(flattened: Flattened) -> list[str]:
 
 def latex_eliminate(flattened: Flattened, elimination: Elimination) -> list[str]:
     """Return the definitions of what was taken out, and the equations that remain."""
-    names = Names(flattened.numbering, flattened.model.parameters)
+    names = Names(flattened.numbering, flattened.model)
     lines: list[str] = []
     if elimination.definitions:
         lines += [
@@ -69,7 +69,7 @@ def latex_structure(
 ) -> list[str]:
     """Return index, roles of the variables, and the differentiated equations."""
     differentiated, offsets = system.differentiated, system.offsets
-    names = Names(flattened.numbering, flattened.model.parameters, differentiated.chains)
+    names = Names(flattened.numbering, flattened.model, differentiated.chains)
     declared = flattened.numbering.n_declared
     derivative = elimination.model.derivative
     differential = np.flatnonzero(elimination.active & (derivative >= 0))

@@ -12,11 +12,16 @@ from acausal.expressions import build
 from acausal.expressions.latex import latex_name
 from acausal.expressions.nodes import Expr, const, slot
 from acausal.expressions.text import number_text
-from acausal.flattening.model import Ids, Operand
+from acausal.flattening.model import FlatModel, Hybrid, Ids, Operand
 from acausal.inspection.index_names import IndexNames
 from acausal.instantiation.numbering import Numbering
 from acausal.instantiation.places import Place, parameter_places, path_text, variable_places
 from acausal.structural.incidence import Chains
+
+#: Lists of held values that are no variables; those that are alone have no number.
+_LISTS = ("false", "condition", "initial()", "terminal()", "sample", "delay", "relation")
+_ALONE = ("false", "initial()", "terminal()")
+_PRE = 1
 
 
 class Label(NamedTuple):
@@ -29,6 +34,17 @@ class Label(NamedTuple):
 def label(text: str) -> Label:
     """Return the name of a variable as text and as mathematics."""
     return Label(text, latex_name(text))
+
+
+@dataclass(frozen=True)
+class HeldPlace(Place):
+    """The place of held values: that of a variable, or a list that the events pass has made.
+
+    Attributes:
+        around: How the path is written, e.g. ``pre({})``.
+    """
+
+    around: str = "{}"
 
 
 @dataclass(frozen=True)
@@ -54,7 +70,8 @@ class Located:
             assert self.values is not None
             return _number(self.values[members], indices)
         rows = place.subscripts[:, self.position[members]]
-        return slot(label(path_text(place.steps, [indices.text(r) for r in rows], place.order)))
+        text = path_text(place.steps, [indices.text(r) for r in rows], place.order)
+        return slot(label(place.around.format(text) if isinstance(place, HeldPlace) else text))
 
 
 def _number(values: NDArray[np.float64], indices: IndexNames) -> Expr:
@@ -72,23 +89,84 @@ def _number(values: NDArray[np.float64], indices: IndexNames) -> Expr:
     )
 
 
+class HeldPlaces:
+    """Places of held values.
+
+    Attributes:
+        first: Parameter id of held value 0.
+    """
+
+    def __init__(self, numbering: Numbering, hybrid: Hybrid) -> None:
+        self.first = hybrid.first
+        self._numbering = numbering
+        n, count = hybrid.n_discrete, hybrid.count
+        # The variable of each position, or -1; of equal variables the lowest.
+        self._variable = np.full(count, -1, np.int64)
+        held = np.flatnonzero(hybrid.place >= 0)[::-1]
+        self._variable[hybrid.place[held]] = held
+        self._variable[n : 2 * n] = self._variable[:n]
+        self._around = np.zeros(count, np.int64)
+        self._around[n : 2 * n] = _PRE
+        for family in hybrid.limits:
+            self._variable[family.rows] = family.operands[0]
+            self._around[family.rows] = _PRE
+        # The list of each position without a variable, and its number there, from 1.
+        self._list = np.zeros(count, np.int64)
+        self._number = np.zeros(count, np.int64)
+        relations = [np.sort(np.concatenate([r.family.rows for r in hybrid.relations]))]
+        lists = [
+            hybrid.conditions, np.array([hybrid.initial_flag]), np.array([hybrid.terminal_flag]),
+            hybrid.sample_places, hybrid.delay_places, *(relations if hybrid.relations else []),
+        ]  # fmt: skip
+        for kind, positions in enumerate(lists, start=1):
+            self._list[positions] = kind
+            self._number[positions] = np.arange(len(positions)) + 1
+        self._list[n : 2 * n] = self._list[:n]
+        self._number[n : 2 * n] = self._number[:n]
+
+    def of(self, ids: Ids) -> list[HeldPlace]:
+        """Sort the held values among parameters ids by place."""
+        result: list[HeldPlace] = []
+        members = np.flatnonzero(ids >= self.first)
+        positions = ids[members] - self.first
+        for around in np.unique(self._around[positions]).tolist():
+            same = self._around[positions] == around
+            form = "pre({})" if around == _PRE else "{}"
+            named = members[same & (self._variable[positions] >= 0)]
+            for p in variable_places(self._numbering, self._variable[ids[named] - self.first]):
+                result.append(
+                    HeldPlace(p.steps, p.subscripts, named[p.members], p.order, around=form)
+                )
+            other = members[same & (self._variable[positions] < 0)]
+            kinds = self._list[ids[other] - self.first]
+            for kind in np.unique(kinds).tolist():
+                own = other[kinds == kind]
+                name = _LISTS[kind]
+                numbers = self._number[ids[own] - self.first][None, :]
+                alone = name in _ALONE
+                steps = ((name, 0 if alone else 1),)
+                result.append(HeldPlace(steps, numbers[: 0 if alone else 1], own, 0, around=form))
+        return result
+
+
 class Names:
     """Places of all ids of a model, those of index reduction included.
 
     Args:
         numbering: The numbering.
-        parameters: Values of all parameters, shape ``(p,)``.
+        model: The flat model.
         chains: Chains of derivatives that may reach behind the numbering; None without.
     """
 
     def __init__(
         self,
         numbering: Numbering,
-        parameters: NDArray[np.float64],
+        model: FlatModel,
         chains: Chains | None = None,
     ) -> None:
         self.numbering = numbering
-        self.parameters = parameters
+        self.parameters = model.parameters
+        self._held = HeldPlaces(numbering, model.hybrid) if model.hybrid is not None else None
         self._chains = chains
 
     def variables(self, ids: Ids) -> list[Place]:
@@ -134,16 +212,37 @@ class Names:
         if kind == Operand.VARIABLE:
             places = list(self.variables(ids))
             code, position = codes_of(places, len(ids))
+        elif kind == Operand.PRE:
+            places = [
+                HeldPlace(p.steps, p.subscripts, p.members, p.order, around="pre({})")
+                for p in self.variables(ids)
+            ]
+            code, position = codes_of(places, len(ids))
+        elif kind in (Operand.SIGNAL, Operand.PRE_SIGNAL):
+            form = "{}" if kind == Operand.SIGNAL else "pre({})"
+            places = [
+                HeldPlace((("signal", 1),), ids[None, :], np.arange(len(ids)), 0, around=form)
+            ]
+            code, position = codes_of(places, len(ids))
         else:
             n = self.numbering.n_parameters
             named = np.flatnonzero(ids < n)
             own = parameter_places(self.numbering, ids[named])
             places = [Place(p.steps, p.subscripts, named[p.members]) for p in own]
             code, position = codes_of(places, len(ids))
-            if len(named) < len(ids):
-                code[ids >= n] = len(places)
+            if self._held is not None:
+                for held in self._held.of(ids):
+                    code[held.members] = len(places)
+                    position[held.members] = np.arange(len(held.members))
+                    places.append(held)
+                n_known = self._held.first
+            else:
+                n_known = len(self.parameters)
+            literal = (ids >= n) & (ids < n_known)
+            if literal.any():
+                code[literal] = len(places)
                 places.append(None)
-                values = np.where(ids >= n, self.parameters[ids], np.nan)
+                values = np.where(literal, self.parameters[ids], np.nan)
         return Located(tuple(places), code, position, values)
 
 

@@ -23,7 +23,7 @@ def show_structure(flattened: Flattened, elimination: Elimination, system: Syste
     """Return the roles of the variables, the states, and the differentiated equations."""
     differentiated, offsets = system.differentiated, system.offsets
     chains = differentiated.chains
-    names = Names(flattened.numbering, flattened.model.parameters, chains)
+    names = Names(flattened.numbering, flattened.model, chains)
     declared = flattened.numbering.n_declared
     lines = [
         f"{index_text(flattened, system)}, "

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from acausal.diagnostics import Diagnostic
+from acausal.inspection.hybrid import hybrid_counts
 from acausal.inspection.lists import counted
 from acausal.inspection.written_index import written_index
 
@@ -33,6 +34,8 @@ class Summary:
         differentiated: Equations that had to be differentiated.
         states: States.
         index: Structural differentiation index of the equations as they are written.
+        events: Discrete variables, relations, conditions of whens, ... in words; empty if there
+            are none.
         warnings: What was noticed and is no error.
     """
 
@@ -50,6 +53,7 @@ class Summary:
     differentiated: int
     states: int
     index: int
+    events: str
     warnings: tuple[Diagnostic, ...]
 
     def __str__(self) -> str:
@@ -67,6 +71,8 @@ class Summary:
             f"{self.differentiated} of them differentiated",
             f"  {counted(self.states, 'state')}, differentiation index {self.index}",
         ]
+        if self.events:
+            lines.append(f"  {self.events}")
         if self.warnings:
             from acausal.diagnostics.render import render
 
@@ -105,5 +111,6 @@ def summary(stages: Compilation) -> Summary:
         int((system.offsets.c > 0).sum()),
         system.offsets.degrees_of_freedom,
         written_index(flattened, system),
+        "" if system.hybrid is None else hybrid_counts(system.hybrid),
         flattened.model.warnings,
     )
