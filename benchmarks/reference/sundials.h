@@ -24,10 +24,12 @@ typedef struct matrix_ *SUNMatrix;
 typedef struct linear_solver_ *SUNLinearSolver;
 
 enum { SUN_COMM_NULL = 0, CSC_MAT = 0, IDA_NORMAL = 1, IDA_YA_YDP_INIT = 1 };
+enum { IDA_TSTOP_RETURN = 1, IDA_ROOT_RETURN = 2 };
 
 typedef int (*IDAResFn)(double t, N_Vector y, N_Vector yp, N_Vector r, void *user);
 typedef int (*IDALsJacFn)(double t, double cj, N_Vector y, N_Vector yp, N_Vector r, SUNMatrix J,
                           void *user, N_Vector, N_Vector, N_Vector);
+typedef int (*IDARootFn)(double t, N_Vector y, N_Vector yp, double *values, void *user);
 
 int SUNContext_Create(int communicator, SUNContext *);
 int SUNContext_Free(SUNContext *);
@@ -61,6 +63,12 @@ int IDASetId(void *, N_Vector);
 int IDASetSuppressAlg(void *, int);
 int IDACalcIC(void *, int what, double first_output);
 int IDAGetConsistentIC(void *, N_Vector y, N_Vector yp);
+int IDARootInit(void *, int count, IDARootFn);
+int IDAGetRootInfo(void *, int *crossed); /* per function: -1 falling, 1 rising, 0 none */
+int IDASetRootDirection(void *, int *direction); /* -1 falling, 1 rising, 0 both */
+int IDASetNoInactiveRootWarn(void *);
+int IDAReInit(void *, double t, N_Vector y, N_Vector yp);
+int IDASetStopTime(void *, double t);
 int IDASolve(void *, double target, double *reached, N_Vector y, N_Vector yp, int task);
 int IDAGetNumSteps(void *, long *);
 int IDAGetNumErrTestFails(void *, long *);

@@ -287,7 +287,8 @@ def falling_dumbbell() -> dict[str, Any]:
     return {
         "parameters": {"m1": m1, "m2": m2, "l": length, "e": e, "g": GRAVITY},
         "convention": "x, y of the centre of mass; phi of the line from mass 1 to mass 2; "
-        "velocities are vx1, vy1, vx2, vy2; the rod impulse on mass 2 is along the line, away from mass 1",
+        "velocities are vx1, vy1, vx2, vy2; the rod impulse on mass 2 is along the line, "
+        "away from mass 1",
         "variables": ["x", "y", "phi", "vx", "vy", "w"],
         "start": start,
         "events": events,
