@@ -62,6 +62,8 @@ class _Problem(Protocol):
     @property
     def indices(self) -> NDArray[np.int32]: ...
     @property
+    def differential(self) -> NDArray[np.bool_]: ...
+    @property
     def parameter_position(self) -> int: ...
     @property
     def roots(self) -> _RootProblem | None: ...
@@ -122,6 +124,8 @@ class NativeProblem(Generic[_ProblemT]):
         self._calls = np.zeros((len(problem.calls), len(RECORD)), dtype=np.int64)
         for record, call in zip(self._calls, problem.calls, strict=True):
             record[:] = _record(problem, call)
+        entries = np.repeat(np.asarray(problem.differential, np.int8), np.diff(problem.indptr))
+        self._differential_entry = np.ascontiguousarray(entries)
         self._root_calls, self._root_shift = _root_records(problem)
         self._table = np.zeros(len(FIELDS), dtype=np.int64)
         self._set(
@@ -131,6 +135,7 @@ class NativeProblem(Generic[_ProblemT]):
             constant_part=self._constant_part.ctypes.data,
             tail=w.ctypes.data + 8 * start, tail_bytes=8 * self._tail_copy.size,
             tail_copy=self._tail_copy.ctypes.data,
+            differential_entry=self._differential_entry.ctypes.data,
             root_count=self._root_shift.size, root_call_count=len(self._root_calls),
             root_calls=self._root_calls.ctypes.data, root_shift=self._root_shift.ctypes.data,
         )  # fmt: skip
@@ -157,6 +162,14 @@ class NativeProblem(Generic[_ProblemT]):
     def jacobian_dense_address(self) -> int:
         """Address of the same for a column-major ``data[n*n]``, zero outside of the pattern."""
         return engine.address_of("acausal_jacobian_dense")
+
+    @property
+    def restart_jacobian_address(self) -> int:
+        """Address of ``i32 (f64 t, f64* y, f64* yp, f64* data[nnz], table*)``.
+
+        It gives dF/dy' in the columns of differential unknowns and dF/dy in the others.
+        """
+        return engine.address_of("acausal_restart_jacobian")
 
     @property
     def roots_address(self) -> int:

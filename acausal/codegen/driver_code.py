@@ -13,7 +13,7 @@ FIELDS: Final = (
     "stop", "n", "nnz", "call_count", "w", "calls", "buffer",
     "residual_evaluations", "jacobian_evaluations", "indptr", "indices",
     "constant_part", "constant_valid", "tail", "tail_bytes", "tail_copy",
-    "root_count", "root_call_count", "root_calls", "root_shift", "root_evaluations",
+    "differential_entry", "root_count", "root_call_count", "root_calls", "root_shift", "root_evaluations",
 )  # fmt: skip
 
 #: Fields of the record of a kernel call.
@@ -300,6 +300,39 @@ good:
 }}
 """
 
+# Entries of the matrix of a restart: dF/dy' in columns of differential unknowns, else dF/dy.
+_RESTART: Final = f"""
+define i32 @acausal_restart_jacobian(double %t, ptr %y, ptr %yp, ptr noalias %data,
+                                     ptr %table) nounwind {{
+begin:
+  %status = call i32 @fill(double %t, ptr %y, ptr %yp, ptr %table)
+{_field("nnz", "nnz")}{_field("buffer", "buffer", "ptr")}
+{_field("chosen", "differential_entry", "ptr")}
+  %second = getelementptr inbounds double, ptr %buffer, i64 %nnz
+  %fine = icmp eq i32 %status, 0
+  %some = icmp sgt i64 %nnz, 0
+  %go = and i1 %fine, %some
+  br i1 %go, label %loop, label %done
+loop:
+  %i = phi i64 [ 0, %begin ], [ %i.next, %loop ]
+  %p = getelementptr inbounds double, ptr %buffer, i64 %i
+  %q = getelementptr inbounds double, ptr %second, i64 %i
+  %a = load double, ptr %p, align 8
+  %b = load double, ptr %q, align 8
+  %which.p = getelementptr inbounds i8, ptr %chosen, i64 %i
+  %which = load i8, ptr %which.p, align 1
+  %state = icmp ne i8 %which, 0
+  %value = select i1 %state, double %b, double %a
+  %cell = getelementptr inbounds double, ptr %data, i64 %i
+  store double %value, ptr %cell, align 8
+  %i.next = add nuw nsw i64 %i, 1
+  %more = icmp slt i64 %i.next, %nnz
+  br i1 %more, label %loop, label %done
+done:
+  ret i32 %status
+}}
+"""
+
 _DECLARATIONS: Final = """
 declare i32 @memcmp(ptr, ptr, i64)
 declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)
@@ -308,5 +341,5 @@ declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)
 """
 
 DRIVER_TEXT: Final = "".join(
-    (_DECLARATIONS, _LOAD_STATE, _RESIDUAL, _ADD_PARTIALS, _FILL, _JACOBIAN, _DENSE, _ROOTS)
+    (_DECLARATIONS, _LOAD_STATE, _RESIDUAL, _ADD_PARTIALS, _FILL, _JACOBIAN, _DENSE, _RESTART, _ROOTS)
 )

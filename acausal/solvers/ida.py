@@ -12,13 +12,15 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-from ctypes import byref, c_double, c_int, c_long, c_void_p
+from time import perf_counter
+from ctypes import byref, c_double, c_int, c_int64, c_long, c_void_p
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from acausal.solvers import native
+from acausal.solvers.consistent_point import ConsistentPoint
 from acausal.solvers.failures import (
     Failure,
     IntegrationError,
@@ -28,8 +30,8 @@ from acausal.solvers.failures import (
     not_finite_rows,
     singular_parts,
 )
-from acausal.solvers.first_step import first_step
 from acausal.solvers.native import Frame, Word
+from acausal.solvers.native_step import Code
 from acausal.solvers.pacing import Pace, interruptible
 from acausal.solvers.protocol import Options, RunResult, Statistics, Status, StepResult
 from acausal.solvers.sundials import binding as c
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+_STATUS = {Code.STEPPED: Status.STEPPED, Code.REACHED: Status.REACHED, Code.ROOT: Status.ROOT}
 #: Up to this size a dense matrix is as fast as a sparse one (measured).
 DENSE_LIMIT = {"klu": 12, "superlumt": 25}
 #: Failures in a row at the same error test or Newton iteration before IDA gives up a step.
@@ -51,11 +54,11 @@ LADDER = ((1e-6, False), (1e-10, False), (1e-6, True), (1e-10, True), (1e-13, Tr
 #: A recovered failure is forgotten after so many steps that went so far, as a fraction of the
 #: distance to the limit. Without the second, a pole would be approached for ever.
 FORGET, FORGET_FRACTION = 10, 1e-7
-#: Steps too small to change the time before the run is given up.
-MOST_STANDING = 50
-
-_LOOP_TYPE = ctypes.CFUNCTYPE(c_int, c_void_p, c_void_p, ctypes.c_int64, c_void_p, c_void_p)
-_CONSISTENT_TYPE = ctypes.CFUNCTYPE(c_int, c_void_p, c_double, c_void_p, c_void_p)
+_LOOP_TYPE = ctypes.CFUNCTYPE(
+    c_int, c_void_p, c_void_p, c_int64, c_void_p, c_void_p, c_double, c_int64
+)
+_LOOK_TYPE = ctypes.CFUNCTYPE(c_int, c_void_p, c_double, c_void_p, c_void_p)
+_TIME_TYPE = ctypes.CFUNCTYPE(c_int, c_void_p, c_double)
 _UNIT_ROUNDOFF = float(np.finfo(float).eps)
 
 
@@ -79,12 +82,10 @@ class IDAIntegrator:
         self.y, self.yp, self._scratch, self._tolerance, self._states = self._data[:5]
         self._scratch_p, self._start_y, self._start_yp = self._data[5], *self._data[9:]
         self._frame = Frame()
-        self._reached = c_double(t)
-        self._base = Statistics()
+        self._reached = c_double.from_address(self._frame.address_of(Word.REACHED))
+        self._end = c_double.from_address(self._frame.address_of(Word.END))
         self._attempt = 0
-        self._fresh = True
-        self._standing = 0
-        self._last_time = t
+        self._consistent_point: ConsistentPoint | None = None
         self._pace = Pace(n)
         self._context = self._c.context()
         self._vectors = [
@@ -98,7 +99,6 @@ class IDAIntegrator:
         self._fill_frame()
         self.y[:] = y
         self.yp[:] = yp
-        self._remember_start(t)
         self._initialise(t)
 
     # --- set-up
@@ -115,7 +115,15 @@ class IDAIntegrator:
         words[Word.SOLVE] = lib.address("IDASolve")
         words[Word.STEP_COUNT] = lib.address("IDAGetNumSteps")
         words[Word.MEMORY] = self._memory.value or 0
-        words[Word.GET_TIME] = lib.address("IDAGetCurrentTime")
+        words[Word.SET_STOP] = lib.address("IDASetStopTime")
+        words[Word.SET_FIRST_STEP] = lib.address("IDASetInitStep")
+        words[Word.REINITIALISE] = lib.address("IDAReInit")
+        words[Word.GET_LAST_STEP] = lib.address("IDAGetLastStep")
+        words[Word.GET_LAST_ORDER] = lib.address("IDAGetLastOrder")
+        words[Word.GET_ERRORS] = lib.address("IDAGetEstLocalErrors")
+        words[Word.GET_ERROR_FAILURES] = lib.address("IDAGetNumErrTestFails")
+        words[Word.GET_CONVERGENCE_FAILURES] = lib.address("IDAGetNumNonlinSolvConvFails")
+        words[Word.MASKED_NORM] = lib.address("N_VWrmsNormMask")
         words[Word.GET_CJ] = lib.address("IDAGetCurrentCj")
         words[Word.GET_WEIGHTS] = lib.address("IDAGetErrWeights")
         words[Word.INTERPOLATE] = lib.address("IDAGetDky")
@@ -130,10 +138,23 @@ class IDAIntegrator:
         words[Word.RESIDUAL_VECTOR] = self._vectors[6]
         words[Word.CORRECTION_VECTOR] = self._vectors[7]
         words[Word.WEIGHT_VECTOR] = self._vectors[8]
-        words[Word.Y] = self.y.ctypes.data
-        words[Word.YP] = self.yp.ctypes.data
-        self._loop = _LOOP_TYPE(native.addresses()["output_loop"])
-        self._consistent = _CONSISTENT_TYPE(native.addresses()["consistent"])
+        words[Word.OUTPUT_VECTOR], words[Word.OUTPUT_VECTOR_P] = self._vectors[2], self._vectors[5]
+        rows = {
+            Word.Y: 0, Word.YP: 1, Word.OUTPUT: 2, Word.TOLERANCE: 3, Word.STATES: 4,
+            Word.OUTPUT_P: 5, Word.START_Y: 9, Word.START_YP: 10,
+        }  # fmt: skip
+        for word, row in rows.items():
+            words[word] = self._data[row].ctypes.data
+        options, doubles = self._options, self._frame.doubles
+        doubles[Word.INITIAL_STEP] = options.initial_step or 0.0
+        doubles[Word.MAX_STEP] = options.max_step
+        words[Word.MOST_STEPS] = -1 if options.max_steps is None else options.max_steps
+        addresses = native.addresses()
+        self._loop = _LOOP_TYPE(addresses["output_loop"])
+        self._look = _LOOK_TYPE(addresses["look"])
+        self._advance = _TIME_TYPE(addresses["advance"])
+        self._restart = _TIME_TYPE(addresses["restart"])
+        self._address = c_void_p(self._frame.address)
 
     def _initialise(self, t: float) -> None:
         lib, memory = self._c, self._memory
@@ -147,6 +168,7 @@ class IDAIntegrator:
         if np.isfinite(self._options.max_step):
             lib.IDASetMaxStep(memory, self._options.max_step)
         self._attach(self._system)
+        self._start(t)
 
     def _attach(self, system: NativeSystem) -> None:
         """Connect a problem: tolerances, kinds of unknowns, pattern, kernels."""
@@ -158,13 +180,34 @@ class IDAIntegrator:
         words[Word.TABLE] = system.table_address
         tolerance = self._vectors[3]
         self._states[:] = problem.differential
+        self._attach_roots(system)
         words[Word.CONSISTENT] = not problem.differential.all()
         self._check(lib.IDASetId(memory, self._vectors[4]))
-        lib.IDASetSuppressAlg(memory, int(suppressing(self._options, problem)))
-        self._relative, self._tolerance[:] = ida_tolerances(self._options, problem)
-        self._check(lib.IDASVtolerances(memory, self._relative, tolerance))
+        suppressed = suppressing(self._options, problem)
+        words[Word.SUPPRESSED] = suppressed
+        lib.IDASetSuppressAlg(memory, int(suppressed))
+        relative, self._tolerance[:] = ida_tolerances(self._options, problem)
+        self._frame.doubles[Word.RELATIVE] = relative
+        self._check(lib.IDASVtolerances(memory, relative, tolerance))
         if not self._same_pattern(system):
             self._make_matrix(system)
+
+    def _attach_roots(self, system: NativeSystem) -> None:
+        words, count = self._frame.words, system.root_count
+        if words[Word.ROOT_COUNT] != count or not hasattr(self, "roots_found"):
+            self._root_values = np.zeros((3, count))
+            self.roots_found = np.zeros(count, np.int32)
+            self._directions = np.zeros(count, np.int32)
+        words[Word.ROOT_COUNT] = count
+        words[Word.ROOTS] = system.roots_address
+        for word, row in zip((Word.G_LOW, Word.G_HIGH, Word.G_MIDDLE), self._root_values):
+            words[word] = row.ctypes.data
+        words[Word.FOUND] = self.roots_found.ctypes.data
+        words[Word.DIRECTIONS] = self._directions.ctypes.data
+
+    def set_root_directions(self, directions: NDArray[np.int32]) -> None:
+        """Look for rising or falling roots; see the protocol."""
+        self._directions[:] = directions
 
     def _same_pattern(self, system: NativeSystem) -> bool:
         if self._pattern is None:
@@ -227,24 +270,10 @@ class IDAIntegrator:
 
     def step(self, t_limit: float) -> StepResult:
         """Take one internal step; see the protocol."""
-        lib, memory = self._c, self._memory
-        if self._too_many():
-            return StepResult(self.t, Status.FAILED, self._too_many_steps())
         while True:
-            if self._fresh:
-                self._choose_first_step(t_limit)
-            lib.IDASetStopTime(memory, t_limit)
-            flag = lib.IDASolve(
-                memory, t_limit, byref(self._reached), *self._vectors[:2], c.IDA_ONE_STEP
-            )
+            flag = self._advance(self._address, t_limit)
             if flag >= 0:
-                self._watch_standing(1)
-                if self._standing > MOST_STANDING:
-                    return StepResult(self.t, Status.FAILED, self._failure(c.IDA_ERR_FAIL))
-                reached = flag == c.IDA_TSTOP_RETURN or self.t >= t_limit
-                return StepResult(self.t, Status.REACHED if reached else Status.STEPPED)
-            if flag == c.IDA_ILL_INPUT and self._inside_last_step(t_limit):
-                return StepResult(t_limit, Status.REACHED)
+                return StepResult(self._reached.value, _STATUS[flag])
             if not self._recover(flag, t_limit):
                 return StepResult(self.t, Status.FAILED, self._failure(flag))
 
@@ -259,63 +288,47 @@ class IDAIntegrator:
                 raise ValueError(f"output must be float64 of shape {(rows, self._n)}")
             if not out.flags.c_contiguous:
                 raise ValueError("output must be C-contiguous")
-        words = self._frame.words
-        words[Word.ROWS] = 0
-        self._frame.doubles[Word.REACHED] = self.t
         if rows == 0:
             return RunResult(0, Status.REACHED)
-        limit = float(times[-1]) if t_limit is None else max(t_limit, float(times[-1]))
-        # IDA refuses a first output time that is the initial time.
-        near = 8.0 * _UNIT_ROUNDOFF * (abs(self.t) + abs(limit))
-        while words[Word.ROWS] < rows and times[words[Word.ROWS]] - self.t <= near:
-            row = int(words[Word.ROWS])
-            out_y[row], out_yp[row] = self.y, self.yp
-            words[Word.ROWS] += 1
+        words = self._frame.words
+        words[Word.ROWS], words[Word.ROWS_WANTED] = 0, rows
+        last = float(times[-1])
+        limit = last if t_limit is None else max(t_limit, last)
         try:
-            failure = self._run(times, out_y, out_yp, limit)
+            result = self._run(times, out_y, out_yp, limit)
         except KeyboardInterrupt:
             return RunResult(int(words[Word.ROWS]), Status.INTERRUPTED)
         finally:
             words[Word.STOP] = 0
-            self._reached.value = float(self._frame.doubles[Word.REACHED])
-        status = Status.REACHED if failure is None else Status.FAILED
+        status, failure = result
         return RunResult(int(words[Word.ROWS]), status, failure)
 
     def _run(
         self, times: Array, out_y: Array, out_yp: Array, limit: float
-    ) -> IntegrationError | None:
-        """Fill the rows that are left; return why it stopped early."""
-        lib, memory, frame, pace = self._c, self._memory, self._frame, self._pace
-        words, rows = frame.words, len(times)
-        progress = self._options.progress
-        arguments = (frame.address, times.ctypes.data)
-        outputs = (out_y.ctypes.data, out_yp.ctypes.data)
-        while words[Word.ROWS] < rows:
-            if self._too_many():
-                return self._too_many_steps()
-            before = self._steps()
-            budget = self._within_limit(pace.steps)
-            words[Word.STEP_LIMIT] = before + budget
-            lib.IDASetMaxNumSteps(memory, budget)
-            if self._fresh:
-                self._choose_first_step(limit)
-            lib.IDASetStopTime(memory, limit)
+    ) -> tuple[Status, IntegrationError | None]:
+        """Fill the rows; tell how it ended."""
+        words, pace = self._frame.words, self._pace
+        progress, rows = self._options.progress, len(times)
+        first = (self._address, _data(times))
+        outputs = (_data(out_y), _data(out_yp), limit)
+        begin = 1
+        while True:
+            before = int(words[Word.STEPS])
+            words[Word.STEP_LIMIT] = before + pace.steps
             last = min(rows, int(words[Word.ROWS]) + pace.rows)
-            with pace.measure():
-                if pace.slow:
-                    flag = interruptible(self._loop, (*arguments, last, *outputs), self._halt)
-                else:
-                    flag = self._loop(*arguments, last, *outputs)
-            pace.learn(self._steps() - before)
-            self._reached.value = float(frame.doubles[Word.REACHED])
-            self._watch_standing(self._steps() - before)
-            if self._standing > MOST_STANDING:
-                return self._failure(c.IDA_ERR_FAIL)
-            if flag < 0 and flag != c.IDA_TOO_MUCH_WORK and not self._recover(flag, limit):
-                return self._failure(flag)
+            clock = perf_counter()
+            if pace.slow:
+                flag = interruptible(self._loop, (*first, last, *outputs, begin), self._halt)
+            else:
+                flag = self._loop(*first, last, *outputs, begin)
+            pace.learn(int(words[Word.STEPS]) - before, perf_counter() - clock)
+            begin = 0
+            if flag < 0 and not self._recover(flag, limit):
+                return Status.FAILED, self._failure(flag)
             if progress is not None:
                 progress(self.t)
-        return None
+            if flag == Code.REACHED or flag == Code.ROOT:
+                return _STATUS[flag], None
 
     def _halt(self) -> None:
         self._frame.words[Word.STOP] = 1
@@ -324,43 +337,46 @@ class IDAIntegrator:
         """Return ``y`` or ``y'`` inside the last step; see the protocol."""
         if t == self.t:
             return np.array(self.yp if order else self.y)
-        if self._look(t, self._vectors[2], self._vectors[5]):
+        if self._look(self._address, t, self._vectors[2], self._vectors[5]) == 0:
             return np.array(self._scratch_p if order else self._scratch)
-        raise ValueError(f"{t} is not inside the last step, which ends at {self._current_time()}")
+        raise ValueError(f"{t} is not inside the last step, which ends at {self._end.value}")
 
     def restart(
         self, t: float, y: Array, yp: Array, problem: DAEProblem | NativeSystem | None = None
     ) -> None:
         """Go on from other values; see the protocol."""
-        self._base = self.statistics
-        self._frame.words[Word.RESIDUAL_COUNT] = 0
-        self._frame.words[Word.JACOBIAN_COUNT] = 0
         self.y[:] = y
         self.yp[:] = yp
-        self._remember_start(t)
-        self._attempt = self._standing = 0
-        self._reinitialise(t, 0.0)
-        self._fresh = True
+        self._attempt = 0
+        self._start(t)
         if problem is not None:
             system = native_system(problem)
             if system.problem.n != self._n:
                 raise ValueError("the new problem has another size")
             self._attach(system)
+            self._consistent_point = None
+
+    def consistent(self, t: float, y: Array, yp: Array) -> int:
+        """Solve for algebraic unknowns and derivatives; see the protocol."""
+        if self._consistent_point is None:
+            self._consistent_point = ConsistentPoint(self._system)
+        return self._consistent_point.solve(t, y, yp)
 
     @property
     def statistics(self) -> Statistics:
         """What it has cost so far."""
-        base, words = self._base, self._frame.words
-        order = c_int()
+        words, doubles = self._frame.words, self._frame.doubles
+        order, step = c_int(), self._double("IDAGetLastStep")
         self._c.IDAGetLastOrder(self._memory, byref(order))
         return Statistics(
-            base.steps + self._steps(),
-            base.residual_evaluations + int(words[Word.RESIDUAL_COUNT]),
-            base.jacobian_evaluations + int(words[Word.JACOBIAN_COUNT]),
-            base.error_test_failures + self._count("IDAGetNumErrTestFails"),
-            base.convergence_failures + self._count("IDAGetNumNonlinSolvConvFails"),
-            order.value or base.last_order,
-            self._double("IDAGetLastStep") or base.last_step,
+            int(words[Word.BASE_STEPS] + words[Word.STEPS]),
+            int(words[Word.RESIDUAL_COUNT]),
+            int(words[Word.JACOBIAN_COUNT]),
+            int(words[Word.BASE_ERROR_FAILURES]) + self._count("IDAGetNumErrTestFails"),
+            int(words[Word.BASE_CONVERGENCE_FAILURES])
+            + self._count("IDAGetNumNonlinSolvConvFails"),
+            order.value or int(words[Word.LAST_ORDER]),
+            step or float(doubles[Word.LAST_STEP]),
         )
 
     def close(self) -> None:
@@ -396,71 +412,17 @@ class IDAIntegrator:
         getattr(self._c, name)(self._memory, byref(value))
         return float(value.value)
 
-    def _steps(self) -> int:
-        """Steps since the last restart."""
-        return self._count("IDAGetNumSteps")
-
-    def _current_time(self) -> float:
-        """End of the last step, which may lie past :attr:`t`."""
-        return self._double("IDAGetCurrentTime")
-
-    def _within_limit(self, budget: int) -> int:
-        limit = self._options.max_steps
-        if limit is None:
-            return budget
-        return max(1, min(budget, limit - self._base.steps - self._steps()))
-
-    def _watch_standing(self, steps: int) -> None:
-        """Count the steps that did not change the time: next to a pole IDA never gives up."""
-        t = self._current_time()
-        self._standing = self._standing + steps if t == self._last_time else 0
-        self._last_time = t
-
-    def _too_many(self) -> bool:
-        limit = self._options.max_steps
-        return limit is not None and self._base.steps + self._steps() >= limit
-
     # --- failures
 
-    def _remember_start(self, t: float) -> None:
-        self._reached.value = t
-        self._start_t = t
-        self._start_y[:] = self.y
-        self._start_yp[:] = self.yp
+    def _start(self, t: float) -> None:
+        """Start at the present values of ``y`` and ``yp``."""
+        self._check(self._restart(self._address, t))
 
-    def _reinitialise(self, t: float, first_step: float) -> None:
-        y, yp = self._vectors[:2]
-        self._check(self._c.IDAReInit(self._memory, t, y, yp))
-        self._c.IDASetInitStep(self._memory, first_step)
-
-    def _choose_first_step(self, t_limit: float) -> None:
-        self._fresh = False
-        step = self._options.initial_step or first_step(
-            self._start_t,
-            t_limit,
-            self.y,
-            self.yp,
-            self._system.problem.differential,
-            self._relative,
-            self._tolerance,
-        )
-        self._c.IDASetInitStep(self._memory, min(step, self._options.max_step))
-
-    def _inside_last_step(self, t: float) -> bool:
-        """Go back to a time inside the last step, if it is one."""
-        inside = self.t <= t <= self._current_time() and self._look(t, *self._vectors[:2])
-        if inside:
-            self._reached.value = t
-        return inside
-
-    def _look(self, t: float, y: int, yp: int) -> bool:
-        """Write the point at a time inside the last step to two vectors, if it is one."""
-        lib, memory = self._c, self._memory
-        if lib.IDAGetDky(memory, t, 0, y) or lib.IDAGetDky(memory, t, 1, yp):
-            return False
-        if self._frame.words[Word.CONSISTENT] and t != self._current_time():
-            self._consistent(self._frame.address, t, y, yp)
-        return True
+    def _start_with(self, t: float, step: float) -> None:
+        """Start with a first step that is given."""
+        self._start(t)
+        self._frame.words[Word.FRESH] = 0
+        self._c.IDASetInitStep(self._memory, step)
 
     def _recover(self, flag: int, t_limit: float) -> bool:
         """Start anew at order 1 with a small step where a step has failed.
@@ -482,9 +444,10 @@ class IDAIntegrator:
         )
         if flag not in recoverable or self._frame.words[Word.STOP]:
             return False
-        steps = self._steps()
-        t = self._current_time() if steps > 0 else self._start_t
-        if steps >= FORGET and t - self._start_t > FORGET_FRACTION * (t_limit - self._start_t):
+        words, doubles = self._frame.words, self._frame.doubles
+        steps, t = int(words[Word.STEPS]), self._end.value
+        start = float(doubles[Word.START_TIME])
+        if steps >= FORGET and t - start > FORGET_FRACTION * (t_limit - start):
             self._attempt = 0
         if self._attempt >= len(LADDER):
             return False
@@ -500,19 +463,13 @@ class IDAIntegrator:
         else:
             self.y[:] = self._start_y
             self.yp[:] = self._start_yp
-        attempt = self._attempt
-        self._base = self.statistics
-        self._frame.words[Word.RESIDUAL_COUNT] = self._frame.words[Word.JACOBIAN_COUNT] = 0
-        self._fresh = False
         smallest = 16.0 * _UNIT_ROUNDOFF * max(abs(t), abs(t_limit) * 1e-3)
         step = max(fraction * (t_limit - t), smallest)
         if not t + step <= t_limit:
             return False
-        self._remember_start(t)
-        self._reinitialise(t, step)
+        self._start_with(t, step)
         if compute:
             self._compute_consistent(t, step)
-        self._attempt = attempt
         return True
 
     def _compute_consistent(self, t: float, step: float) -> None:
@@ -523,7 +480,7 @@ class IDAIntegrator:
         else:
             self.y[:] = self._start_y
             self.yp[:] = self._start_yp
-        self._reinitialise(t, step)
+        self._start_with(t, step)
 
     def _too_many_steps(self) -> IntegrationError:
         failure = Failure(Reason.TOO_MANY_STEPS, self.t, self._double("IDAGetLastStep"))
@@ -533,6 +490,10 @@ class IDAIntegrator:
 
     def _failure(self, flag: int) -> IntegrationError:
         """Find out why IDA gave up."""
+        if flag == Code.TOO_MANY_STEPS:
+            return self._too_many_steps()
+        if flag == Code.STANDING:
+            flag = c.IDA_ERR_FAIL
         words, labels = self._frame.words, self._options.labels
         t = self.t
         step = self._double("IDAGetCurrentStep")
@@ -568,3 +529,9 @@ class IDAIntegrator:
         if reason is Reason.ERROR_TEST and suppressing(self._options, problem):
             errors = np.where(problem.differential, errors, 0.0)
         return largest(errors)
+
+
+def _data(array: Array) -> int:
+    """Return the address of an array's data, faster than ``array.ctypes``."""
+    address: int = array.__array_interface__["data"][0]
+    return address

@@ -50,13 +50,14 @@ class Word(IntEnum):
     YP_VECTOR = auto()
     Y = auto()  #: data of the vectors
     YP = auto()
-    REACHED = auto()  #: time reached by the last IDASolve, a double
+    REACHED = auto()  #: time of the present point, a double
+    END = auto()  #: end of the last step, a double
+    KNOWN = auto()  #: the output loop may fill rows up to this time, a double
     STEP_COUNT = auto()  #: IDAGetNumSteps
     STEPS = auto()  #: steps so far, since the last restart
     STEP_LIMIT = auto()  #: the output loop pauses when there are so many
     ROWS = auto()  #: output rows filled
     CONSISTENT = auto()  #: not zero: make interpolated points solve the equations
-    GET_TIME = auto()  #: IDAGetCurrentTime
     GET_CJ = auto()  #: IDAGetCurrentCj
     GET_WEIGHTS = auto()  #: IDAGetErrWeights
     INTERPOLATE = auto()  #: IDAGetDky
@@ -73,7 +74,47 @@ class Word(IntEnum):
     RESIDUAL_VECTOR = auto()
     CORRECTION_VECTOR = auto()
     WEIGHT_VECTOR = auto()
-    CURRENT_TIME = auto()  #: end of the last step, a double
+    OUTPUT_VECTOR = auto()  #: scratch for rows
+    OUTPUT_VECTOR_P = auto()
+    OUTPUT = auto()  #: data of these
+    OUTPUT_P = auto()
+    ROWS_WANTED = auto()
+    PENDING = auto()  #: not zero: the present point of the output loop is a root
+    ROOTS = auto()  #: ``i32 (double t, double* y, double* yp, double* g, void* table)``
+    ROOT_COUNT = auto()
+    G_LOW = auto()  #: values of the root functions, at the left
+    G_HIGH = auto()  #: at the right
+    G_MIDDLE = auto()  #: in between
+    DIRECTIONS = auto()  #: int32
+    FOUND = auto()  #: int32
+    FRESH = auto()  #: not zero: no step since the last start, and the first is to be chosen
+    START_TIME = auto()  #: of the last start, a double
+    START_Y = auto()  #: data at the last start
+    START_YP = auto()
+    START_STEP = auto()  #: a good first step after a restart, 0 if unknown, a double
+    INITIAL_STEP = auto()  #: the one asked for, else 0, a double
+    MAX_STEP = auto()  #: a double
+    RELATIVE = auto()  #: relative tolerance, a double
+    TOLERANCE = auto()  #: data of the absolute tolerances
+    STATES = auto()  #: data of ``STATES_VECTOR``
+    SUPPRESSED = auto()  #: not zero: algebraic unknowns are not in the error test
+    MOST_STEPS = auto()  #: in all, -1 for no limit
+    STANDING = auto()  #: steps in a row that did not change the time
+    BASE_STEPS = auto()  #: before the last start
+    BASE_ERROR_FAILURES = auto()
+    BASE_CONVERGENCE_FAILURES = auto()
+    COUNTED = auto()  #: scratch
+    LAST_ORDER = auto()  #: an int32
+    LAST_STEP = auto()  #: a double
+    SET_STOP = auto()  #: IDASetStopTime
+    SET_FIRST_STEP = auto()  #: IDASetInitStep
+    REINITIALISE = auto()  #: IDAReInit
+    GET_LAST_STEP = auto()  #: IDAGetLastStep
+    GET_LAST_ORDER = auto()  #: IDAGetLastOrder
+    GET_ERRORS = auto()  #: IDAGetEstLocalErrors
+    GET_ERROR_FAILURES = auto()  #: IDAGetNumErrTestFails
+    GET_CONVERGENCE_FAILURES = auto()  #: IDAGetNumNonlinSolvConvFails
+    MASKED_NORM = auto()  #: N_VWrmsNormMask
     CURRENT_CJ = auto()  #: dy'/dy of the method, a double
     COUNT = auto()
 
@@ -373,72 +414,7 @@ done:
 }}
 """
     )
-    loop = (
-        """
-define i32 @output_loop(ptr %frame, ptr %times, i64 %last, ptr %out_y, ptr %out_yp) {
-entry:
-"""
-        + load("solve", Word.SOLVE)
-        + load("memory", Word.MEMORY)
-        + load("yy", Word.Y_VECTOR)
-        + load("yyp", Word.YP_VECTOR)
-        + load("y", Word.Y)
-        + load("yp", Word.YP)
-        + load("n", Word.N, "i64")
-        + load("get_steps", Word.STEP_COUNT)
-        + load("limit", Word.STEP_LIMIT, "i64")
-        + load("first", Word.ROWS, "i64")
-        + load("wanted", Word.CONSISTENT, "i64")
-        + load("get_time", Word.GET_TIME)
-        + f"""  %reached = getelementptr i64, ptr %frame, i64 {int(Word.REACHED)}
-  %steps = getelementptr i64, ptr %frame, i64 {int(Word.STEPS)}
-  %current_at = getelementptr i64, ptr %frame, i64 {int(Word.CURRENT_TIME)}
-  %size = mul i64 %n, 8
-  %correct = icmp ne i64 %wanted, 0
-  br label %next
-next:
-  %k = phi i64 [%first, %entry], [%k1, %keep]
-  %result = phi i32 [0, %entry], [%flag, %keep]
-  %any = icmp slt i64 %k, %last
-  br i1 %any, label %go, label %end
-go:
-  %time_at = getelementptr double, ptr %times, i64 %k
-  %time = load double, ptr %time_at
-  %flag = call i32 %solve(ptr %memory, double %time, ptr %reached, ptr %yy, ptr %yyp, i32 1)
-  call i32 %get_steps(ptr %memory, ptr %steps)
-  %bad = icmp slt i32 %flag, 0
-  br i1 %bad, label %stop, label %check
-stop:
-  ret i32 %flag
-check:
-  call i32 %get_time(ptr %memory, ptr %current_at)
-  %current = load double, ptr %current_at
-  %past = fcmp one double %current, %time
-  %interpolated = and i1 %past, %correct
-  br i1 %interpolated, label %improve, label %keep
-improve:
-  call i32 @consistent(ptr %frame, double %time, ptr %yy, ptr %yyp)
-  br label %keep
-keep:
-  %offset = mul i64 %k, %n
-  %row = getelementptr double, ptr %out_y, i64 %offset
-  %rowp = getelementptr double, ptr %out_yp, i64 %offset
-  call void @llvm.memcpy.p0.p0.i64(ptr %row, ptr %y, i64 %size, i1 false)
-  call void @llvm.memcpy.p0.p0.i64(ptr %rowp, ptr %yp, i64 %size, i1 false)
-  %k1 = add i64 %k, 1
-  store i64 %k1, ptr %first_at
-  %taken = load i64, ptr %steps
-  %on = icmp slt i64 %taken, %limit
-  br i1 %on, label %next, label %pause
-pause:
-  ret i32 %flag
-end:
-  ret i32 %result
-}}
-declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)
-"""
-    )
-    return finite + check + residual + sparse(32) + sparse(64) + dense + consistent + loop
+    return finite + check + residual + sparse(32) + sparse(64) + dense + consistent
 
 
 _CACHE_KIND: Final = "solver"
@@ -449,21 +425,25 @@ NAMES = (
     "ida_jacobian_sparse64",
     "ida_jacobian_dense",
     "consistent",
+    "look",
+    "advance",
     "output_loop",
+    "restart",
 )
 
 
 @functools.cache
 def addresses() -> dict[str, int]:
     """Compile the functions (or take them from the disk cache); return addresses by name."""
-    from acausal.codegen import engine
+    from acausal.codegen import engine, writer
+    from acausal.solvers import native_step
     from acausal.storage import cache_directory
 
-    text = _ir()
+    text = writer.DECLARATIONS + _ir() + native_step.functions()
     key = blake2b(f"{engine.target_identity()}\n{text}".encode(), digest_size=16).hexdigest()
     code = cache_directory.read(_CACHE_KIND, key)
     if code is None:
-        code = engine.compile_object(text)
+        code = engine.compile_object(text, level=2, passes=True)
         cache_directory.write(_CACHE_KIND, key, code)
     engine.load_objects([code])
     return {name: engine.address_of(name) for name in NAMES}

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import threading
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 #: Wanted duration of a stretch in the main thread, seconds.
 STRETCH = 0.01
@@ -29,20 +27,12 @@ class Pace:
         self.rows = max(1, min(10_000, COPIED // max(n, 1)))
         self.steps = max(1, min(1000, 50_000 // max(n, 1)))
         self.slow = n > 50_000
-        self._elapsed = 0.0
 
-    @contextmanager
-    def measure(self) -> Iterator[None]:
-        """Take the time of a stretch."""
-        begin = time.perf_counter()
-        yield
-        self._elapsed = time.perf_counter() - begin
-
-    def learn(self, steps: int) -> None:
-        """Set the budget of the next stretch from the steps of the last one."""
+    def learn(self, steps: int, elapsed: float) -> None:
+        """Set the budget of the next stretch from the steps and seconds of the last one."""
         if steps <= 0:
             return
-        cost = self._elapsed / steps
+        cost = elapsed / steps
         self.slow = cost > 0.5 * STRETCH
         wanted = LONG_STRETCH if self.slow else STRETCH
         # Never much more than twice what was just measured: the cost of a step varies.

@@ -50,6 +50,8 @@ class NativeSystem(Protocol):
 
         int residual(double t, const double* y, const double* yp, double* out, void* table)
         int jacobian(double t, double cj, const double* y, const double* yp, double* out, void*)
+        int restart_jacobian(double t, const double* y, const double* yp, double* out, void*)
+        int roots(double t, const double* y, const double* yp, double* out, void* table)
 
     The Jacobian is dF/dy + cj dF/dy', as CSC values.
     """
@@ -68,7 +70,25 @@ class NativeSystem(Protocol):
 
     @property
     def table_address(self) -> int:
-        """Last argument of both."""
+        """Last argument of all."""
+
+    @property
+    def restart_jacobian_address(self) -> int:
+        """Address of the C function ``restart_jacobian``, or 0.
+
+        Its matrix is dF/dy' in the columns of differential unknowns and dF/dy in the others.
+        """
+
+    @property
+    def root_count(self) -> int:
+        """Number of root functions."""
+
+    @property
+    def roots_address(self) -> int:
+        """Address of the C function ``roots``; of no meaning if there are none."""
+
+    def roots(self, t: float, y: Array, yp: Array, out: Array) -> object:
+        """Write g(t, y, y') to ``out``, shape ``(root_count,)``."""
 
     def residual(self, t: float, y: Array, yp: Array, out: Array) -> object:
         """Write F(t, y, y') to ``out``, shape ``(n,)``."""

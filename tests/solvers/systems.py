@@ -61,7 +61,8 @@ class CallbackSystem:
         )
         self.f, self.dy, self.dyp = f, dy, dyp
         self.rows, self.columns = rows, columns
-        self.table_address = 0
+        self.table_address = self.root_count = self.roots_address = 0
+        self.restart_jacobian_address = 0
         self.calls = 0
 
         def view(address: int, size: int) -> np.ndarray:

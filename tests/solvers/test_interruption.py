@@ -88,7 +88,7 @@ def test_thread_gives_the_same(monkeypatch):
     for slow in (False, True):
         integrator = create("ida", problem, 0.0, y, yp)
         integrator._pace.slow = slow
-        monkeypatch.setattr(ida_module.Pace, "learn", lambda self, steps: None)
+        monkeypatch.setattr(ida_module.Pace, "learn", lambda self, steps, elapsed: None)
         out = np.empty((21, 9))
         integrator.run(np.linspace(0, 10, 21), out, np.empty_like(out))
         outs.append(out)
@@ -102,7 +102,7 @@ def test_stretches_change_nothing():
     for steps, rows in ((1000, 1000), (7, 3)):
         integrator = create("ida", problem, 0.0, y, yp)
         integrator._pace.steps, integrator._pace.rows = steps, rows
-        integrator._pace.learn = lambda steps: None
+        integrator._pace.learn = lambda steps, elapsed: None
         out, outp = np.empty((101, 9)), np.empty((101, 9))
         assert integrator.run(np.linspace(0, 20, 101), out, outp).rows == 101
         outs.append(np.hstack([out, outp]))
@@ -111,15 +111,13 @@ def test_stretches_change_nothing():
 
 def test_pace_learns():
     pace = Pace(10)
-    pace._elapsed = 0.01
-    pace.learn(1000)  # 10 microseconds a step
+    pace.learn(1000, 0.01)  # 10 microseconds a step
     assert not pace.slow
     assert pace.steps == pytest.approx(1000, abs=1)
-    pace._elapsed = 0.1
-    pace.learn(2)
+    pace.learn(2, 0.1)
     assert pace.slow
     assert pace.steps == 10
-    pace.learn(0)
+    pace.learn(0, 0.1)
     assert pace.steps == 10
 
 

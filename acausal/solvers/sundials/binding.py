@@ -46,6 +46,7 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...], str | None]] = {
     "SUNContext_ClearErrHandlers": (_N, (_P,), None),
     "N_VMake_Serial": (_P, (_I, _P, _P), None),
     "N_VWrmsNorm": (_D, (_P, _P), None),
+    "N_VWrmsNormMask": (_D, (_P, _P, _P), None),
     "N_VLinearSum": (None, (_D, _P, _D, _P, _P), None),
     "N_VProd": (None, (_P, _P, _P), None),
     "N_VDestroy": (None, (_P,), None),
