@@ -219,6 +219,7 @@ class RelationStates:
 
     def watch(self, held: Array) -> tuple[NDArray[np.int32], Array]:
         """Return direction and shift of each root function for what is held, shape ``(r,)``."""
+        np.maximum(self.largest, np.abs(self.g), out=self.largest)
         k = self.relations.root_relation
         g, value = self.g[k], held[k]
         floors = self.relations.kind[k] == FLOOR
