@@ -117,15 +117,23 @@ class EventHandler:
             relations = kernels.states.after_roots(before, integrator.roots_found)
             if self._is_chattering(time, relations != before, kernels, values):
                 return False
-        run.record_here()
+        n = self._hybrid.n_discrete
+        discrete = kernels.held[:n].copy()
         try:
             iteration.at(values, time, relations, self._schedule.due(time))
         except Endless as reason:
+            run.record_here()
             run.fail(endless(run.system, kernels, reason, values.values(), time))
             return False
         except AcausalError as error:
+            run.record_here()
             run.fail(error)
             return False
+        if not iteration.solved and np.array_equal(discrete, kernels.held[:n]):
+            # Only a relation has changed, and nothing depends on it now.
+            self._go_on(kernels, integrator)
+            return True
+        run.record_here()  # the integrator still stands before the event
         self._describe(kernels, time, before, is_root)
         for reinit in iteration.rested.tolist():
             name = run.system.names.variable(int(self._hybrid.reinits.wanted[reinit]))
