@@ -31,6 +31,8 @@ Array = NDArray[np.float64]
 
 #: Share of the largest ``g`` within which a relation stays as it is.
 SHARE = 1e-12
+#: Least shift of a root function: one that has only been zero so far needs a sign, too.
+LEAST = 1e-30
 #: Times nearer to each other than this share of theirs are one.
 SAME_TIME = 1e-13
 
@@ -227,6 +229,6 @@ class RelationStates:
         up = np.where(floors, upper, value <= 0.0)
         level = np.where(floors, value + upper, 0.0)
         inside = np.where(up, level - g, g - level)  # how far it is from changing
-        margin = SHARE * self.largest[k]
+        margin = np.maximum(SHARE * self.largest[k], LEAST)
         room = np.where(inside < 0.5 * margin, margin, 0.0)
         return np.where(up, 1, -1).astype(np.int32), -level + np.where(up, -room, room)
