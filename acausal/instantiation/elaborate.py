@@ -42,6 +42,7 @@ from acausal.instantiation.values import (
     listed,
     scalar,
     string,
+    table,
 )
 from acausal.modeling.classes import ClassDef, Constant, find_name
 from acausal.syntax import tree
@@ -250,9 +251,12 @@ class TemplateBuilder:
             assert isinstance(definition, ClassDef)
             self._declare_component(element, definition)
             return
+        size: tuple[int, ...] | None = None
         if self._is_structural(element, kind):
-            self.template.structural[name] = self._structural_value(element, kind)
-            return
+            size = self._size_only(element, kind)
+            if size is None:
+                self.template.structural[name] = self._structural_value(element, kind)
+                return
         parameter = element.has("parameter") or self.environment.parameters
         if kind.base == "String":
             fail("T110", "a text cannot change during the simulation", declaration.span,
@@ -260,7 +264,7 @@ class TemplateBuilder:
         enumeration = kind.enumeration
         own = VariableDecl(
             name,
-            self._shape(element, kind),
+            self._shape(element, kind, size),
             self._unit(element, kind),
             declaration.description,
             "through" in declaration.prefixes or "flow" in declaration.prefixes,
@@ -411,16 +415,21 @@ class TemplateBuilder:
             path = change.path
             if self._is_structural(inside, kind):
                 if path not in values:
-                    values[path] = self._uniform(change, shape, element)
+                    values[path] = self._uniform(change, shape, element, kind)
             elif not inside.has("parameter") and not element.has("parameter"):
                 bound.add(path)
             return
         if not element.has("parameter"):
             bound |= {change.path + leaf for leaf in record_leaves(where)}
 
-    def _uniform(self, change: Modification, shape: tuple[int, ...], element: Element) -> Value:
+    def _uniform(
+        self, change: Modification, shape: tuple[int, ...], element: Element, kind: PrimitiveType
+    ) -> Value:
         """Return a structural value that is the same for all components of an array."""
         value = elaborate(change.value, self.scope(change.owner))
+        if kind.base == "Real" and value.shape and constants(value) is None:
+            size = value.shape if change.each else value.shape[len(shape) :]
+            return table(np.full(size, np.nan), "Real", None)
         if value.text is None and value.fields is None and constants(value) is None:
             fail("T103", f"{'.'.join(change.path)} of {element.name} must be known before the "
                  "simulation", change.span,
@@ -446,6 +455,24 @@ class TemplateBuilder:
         return kind.base != "Real" or any(
             isinstance(d, tree.Colon) for d in element.declaration.dimensions
         )
+
+    def _size_only(self, element: Element, kind: PrimitiveType) -> tuple[int, ...] | None:
+        """Return the shape of a Real array whose size only is known when compiling, or None.
+
+        A value from outside that depends on parameters has come as an array of NaN.
+        """
+        if kind.base != "Real" or element.has("constant") or self.environment.parameters:
+            return None
+        value = self.environment.values.get((element.name,))
+        if value is None:
+            change = next((m for m in element.modifications if not m.path), None)
+            if change is None:
+                return None
+            value = elaborate(change.value, self.scope(change.owner))
+        if value.fields is not None or value.text is not None or not value.size:
+            return None
+        numbers = constants(value)
+        return value.shape if numbers is None or np.isnan(numbers).all() else None
 
     def _structural_value(self, element: Element, kind: PrimitiveType) -> Value:
         name = element.name

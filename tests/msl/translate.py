@@ -33,6 +33,10 @@ PACKAGES = [
     (r"Thermal\.HeatTransfer\.Celsius\.", "thermal.celsius."),
     (r"Magnetic\.FluxTubes\.(Interfaces|Basic|Sources|Sensors|Shapes\.\w+)\.", "magnetic."),
     (r"Blocks\.Types\.", "blocks."),
+    (r"Blocks\.Discrete\.", "blocks.sampled."),
+    (r"Blocks\.MathBoolean\.", "blocks.math_boolean."),
+    (r"Blocks\.MathInteger\.", "blocks.math_integer."),
+    (r"Blocks\.Interaction\.Show\.", "blocks."),
     (r"Blocks\.(Interfaces|Continuous|Nonlinear|Math|Logical|Sources|Tables|Routing)\.", "blocks."),
     (r"Units\.SI\.", "si."),
     (r"Constants\.", "constants."),
@@ -85,7 +89,12 @@ def parameter_type(name: str, value: str) -> str:
     """Return the type of a parameter of an example, which its description does not name."""
     if re.match(r"L\.'", value):
         return "electrical.digital.Logic"
-    return "Integer" if name == "N" else "Real"
+    if value in ("true", "false"):
+        return "Boolean"
+    kind = re.match(r"Modelica\.Blocks\.Types\.(\w+)\.", value)
+    if kind:
+        return f"blocks.{kind[1]}"
+    return "Integer" if name in ("N", "order") else "Real"
 
 
 def model(name: str, content: dict[str, Any]) -> str:
