@@ -83,8 +83,8 @@ def compile_class(
     from acausal.diagnosis.floating import refuse_floating
     from acausal.diagnosis.singular import explain_singularity
     from acausal.elimination.eliminate import eliminate
+    from acausal.elimination.rests import with_rests
     from acausal.events.lowering import lower_events
-    from acausal.events.rests import with_rests
     from acausal.flattening.flatten import flatten
     from acausal.flattening.open_inputs import refuse_open_inputs
     from acausal.instantiation.instantiate import instantiate

@@ -366,8 +366,7 @@ class Hybrid:
         reinits: New values of continuous variables.
         terminations: Conditions that end the simulation.
         relevant: Held values that the continuous equations read, shape ``(h,)``.
-        rests: Where bodies can come to rest; see :mod:`acausal.events.rests`.
-        rests: Where bodies can come to rest; see :mod:`acausal.events.rests`.
+        rests: Where bodies can come to rest; see :mod:`acausal.elimination.rests`.
     """
 
     first: int

@@ -127,8 +127,14 @@ class HeldPlaces:
     def of(self, ids: Ids) -> list[HeldPlace]:
         """Sort the held values among parameters ids by place."""
         result: list[HeldPlace] = []
-        members = np.flatnonzero(ids >= self.first)
+        last = self.first + len(self._variable)
+        members = np.flatnonzero((ids >= self.first) & (ids < last))
         positions = ids[members] - self.first
+        later = np.flatnonzero(ids >= last)
+        if len(later):
+            # What the elimination adds, see acausal.elimination.rests.
+            numbers = ids[later][None, :] - last + 1
+            result.append(HeldPlace((("rest", 1),), numbers, later))
         for around in np.unique(self._around[positions]).tolist():
             same = self._around[positions] == around
             form = "pre({})" if around == _PRE else "{}"
@@ -242,7 +248,8 @@ class Names:
             if literal.any():
                 code[literal] = len(places)
                 places.append(None)
-                values = np.where(literal, self.parameters[ids], np.nan)
+                values = np.full(len(ids), np.nan)
+                values[literal] = self.parameters[ids[literal]]
         return Located(tuple(places), code, position, values)
 
 

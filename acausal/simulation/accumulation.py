@@ -3,7 +3,7 @@
 Impacts of one reinit follow each other ever faster, with ever smaller velocities. When the
 velocity has become :data:`SHARE` of that of the first one, the infinitely many impacts that are
 still to come take less than that share of the time so far, and the bodies move by its square. Then
-the velocity is set to zero and the body rests (:mod:`acausal.events.rests`).
+the velocity is set to zero and the body rests (:mod:`acausal.elimination.rests`).
 """
 
 from __future__ import annotations

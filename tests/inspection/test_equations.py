@@ -20,7 +20,7 @@ from tests.flattening.static import flat
 
 def listing(text: str) -> EquationForms:
     model = flat(text)
-    found = EquationForms(model.model.families, Names(model.numbering, model.model.parameters))
+    found = EquationForms(model.model.families, Names(model.numbering, model.model))
     assert sum(found.sizes) == model.model.n_rows == found.n_rows
     return found
 

@@ -188,7 +188,12 @@ def test_latex_is_well_formed(name):
     assert plain.count("{") == plain.count("}")
     for block in re.findall(r"\\begin{align\*}(.*?)\\end{align\*}", text, re.DOTALL):
         for line in block.strip().split("\\\\\n"):
-            inside = re.sub(r"\\begin{cases}.*?\\end{cases}", "", line, flags=re.DOTALL)
+            inside, nested = line, 1
+            while nested:  # innermost first
+                inside, nested = re.subn(
+                    r"\\begin{cases}(?:(?!\\begin{cases}).)*?\\end{cases}", "", inside,
+                    flags=re.DOTALL,
+                )  # fmt: skip
             assert inside.count("&") == 1, line
 
 
