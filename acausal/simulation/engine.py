@@ -14,6 +14,7 @@ from acausal.flattening.model import Ids
 from acausal.results.result import Ending, Result
 from acausal.simulation.assertions import violations
 from acausal.simulation.event_handler import EventHandler
+from acausal.simulation.folds import Folds
 from acausal.simulation.output import Recorder, output_times
 from acausal.simulation.request import Request
 from acausal.simulation.run import Reached, Run
@@ -99,6 +100,7 @@ def _declared(system: System) -> int:
 def _go(run: Run, handler: EventHandler | None, times: Array, stop: float) -> None:
     """Integrate from event to event."""
     done = 1
+    folds = Folds(run, run.time)
     while run.time < stop:
         limit = stop if handler is None else min(handler.next_time, stop)
         last = int(np.searchsorted(times, limit, "right"))
@@ -106,7 +108,12 @@ def _go(run: Run, handler: EventHandler | None, times: Array, stop: float) -> No
             reached, stored = run.integrate(times[done:last], limit)
             done += stored
             if reached is Reached.OVER:
-                return
+                run.time = run.integrator.t if run.integrator is not None else run.time
+                if not folds.leap():
+                    return
+                if handler is not None:
+                    handler.leapt()
+                continue
             if handler is None:
                 continue
             if reached is Reached.ROOT or run.time >= handler.next_time:

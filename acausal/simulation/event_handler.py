@@ -73,17 +73,24 @@ class EventHandler:
         return current, current.events, *self._tools[id(current)], current.integrator
 
     def started(self) -> None:
-        """Begin: the first instant is settled."""
+        """Begin, the first instant being settled; samples at this time are a part of it."""
+        run = self._run
+        _, kernels, iteration, values, integrator = self._present()
+        values.take(run.time, integrator.y, integrator.yp)
+        due = self._schedule.due(run.time)
+        if len(due):
+            try:
+                iteration.at(values, run.time, None, due)
+            except Endless as reason:
+                raise endless(run.system, kernels, reason, values.values(), run.time) from None
+            if iteration.solved:
+                run.begin_at(run.time, values.y, values.yp)
+        self._go_on(kernels, integrator)
+
+    def leapt(self) -> None:
+        """Go on behind a jump of the algebraic equations."""
         _, kernels, _, values, integrator = self._present()
         values.take(self._run.time, integrator.y, integrator.yp)
-        if len(self._schedule.due(self._run.time)):
-            # A sample at the start is an event of its own, right after the first instant.
-            self._schedule = Schedule(self._hybrid, self._run.time)
-            self.next_time = self._run.time
-            kernels.evaluate_relations()
-            self._watch(kernels, integrator)
-            self._run.recorder.hold(kernels.held)
-            return
         self._go_on(kernels, integrator)
 
     def _watch(self, kernels: EventKernels, integrator: Integrator) -> None:

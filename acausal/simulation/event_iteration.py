@@ -99,17 +99,25 @@ class EventIteration:
         held = kernels.held
         held[hybrid.initial_flag] = 1.0
         kernels.assign_initial_pre()
+        # The first solution is sought for the relations and discrete values that belong to the
+        # start values; what was found may say otherwise.
+        self._follow_relations(time)
         self._solve(continuous, time)
         kernels.remember_limits()
+        self._follow_relations(time)
+        held[n + hybrid.conditions] = held[hybrid.conditions]
+        self._rounds(continuous, time, initial=True)
+        held[hybrid.initial_flag] = 0.0
+        self._end_of_event()
+
+    def _follow_relations(self, time: float) -> None:
+        """Hold relations at what the values of the first instant say, and assign."""
+        kernels = self.kernels
         kernels.evaluate_relations()
         kernels.hold_relations(
             kernels.states.wanted(kernels.relation_values(), time, exact=True)
         )
         kernels.assign(initial=True)
-        held[n + hybrid.conditions] = held[hybrid.conditions]
-        self._rounds(continuous, time, initial=True)
-        held[hybrid.initial_flag] = 0.0
-        self._end_of_event()
 
     def at(
         self,
@@ -276,9 +284,11 @@ class EventIteration:
     ) -> None:  # fmt: skip
         """Try all combinations of some relations that are true or false."""
         kernels = self.kernels
-        if not len(moving):
-            moving = np.flatnonzero(kernels.states.relations.kind < 2)
-        if len(moving) <= COMBINED:
+        every = np.flatnonzero(kernels.states.relations.kind < 2)
+        if len(every) <= COMBINED:
+            # The solution may need one that did not move.
+            moving = np.concatenate([moving, np.setdiff1d(every, moving)])
+        if 0 < len(moving) <= COMBINED:
             start = kernels.held.copy()
             base = kernels.relation_values()
             for size in range(len(moving) + 1):

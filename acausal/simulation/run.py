@@ -286,6 +286,10 @@ class Run:
         """End the run; what is stored is kept."""
         self.failure, self.ending = error, Ending.FAILED
 
+    def recover(self) -> None:
+        """Take back a failure that could be mended."""
+        self.failure, self.ending = None, Ending.COMPLETE
+
     def _end(self, status: Status, failure: AcausalError | None) -> None:
         self.ending = Ending.INTERRUPTED if status is Status.INTERRUPTED else Ending.FAILED
         self.failure = failure
