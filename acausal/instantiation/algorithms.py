@@ -167,10 +167,18 @@ class ModelMemory:
             if position.op == "const":
                 self._set(slots[int(build.number_of(position))], element, target, statement)
                 continue
-            for one, number in zip(slots, every, strict=True):
-                here = build.relation("eq", position, number)
-                kept = build.if_(here, element, _read(one, self.now))
+            for one in slots:
+                kept = self._where_chosen(whole, one, element, subscripts, target)
                 self._set(one, kept, target, statement)
+
+    def _where_chosen(
+        self, whole: Value, one: Expr, element: Expr, subscripts: tuple[tree.Expression, ...],
+        target: tree.Reference,
+    ) -> Expr:  # fmt: skip
+        """Return what an element of an array becomes if a changing subscript may mean it."""
+        kept = _read(one, self.now)
+        own = replace(whole, get=lambda index: element if whole.get(index) is one else kept)
+        return subscripted(own, subscripts, self, target.span).expr
 
     def _set(
         self, one: Expr, value: Expr, target: tree.Reference, statement: tree.Assignment

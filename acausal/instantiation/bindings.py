@@ -330,11 +330,13 @@ def _check_type(
             fits = value.type in ("Real", "Integer")
         if fits:
             return
-    wanted = "Boolean" if attribute == "fixed" else "number"
+    wanted = "a Boolean" if attribute == "fixed" else "a number"
     if attribute != "fixed" and base != "Real":
-        wanted = base if enumeration is None else enumeration.name
-    help_ = f"give a {wanted}"
+        wanted = "an Integer" if base == "Integer" else f"a {base}"
+        wanted = wanted if enumeration is None else f"one of {enumeration.name}"
+    help_ = f"give {wanted}"
     if base == "Integer" and value.type == "Real":
         help_ = "write integer(...) to cut off the fraction"
     what = declaration.name if attribute == "value" else f"{attribute} of {declaration.name}"
-    fail("T101", f"{what} must be a {wanted}, not {value.type}", change.span, help=help_)
+    given = value.type if value.enumeration is None else value.enumeration.name
+    fail("T101", f"{what} must be {wanted}, not {given}", change.span, help=help_)

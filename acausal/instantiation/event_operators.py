@@ -60,7 +60,7 @@ def _variable(e: tree.Call, env: Environment) -> Value:
     """Return the variable that is the argument of ``pre``, ``edge`` or ``change``."""
     (argument,) = arguments(e, 1)
     name = str(e.function)
-    if isinstance(argument, tree.Reference):
+    if isinstance(argument, tree.Reference) and str(argument) != "time":
         value = env.stored(argument)
         if value.fields is None and value.type != "String":
             return value
