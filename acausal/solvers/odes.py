@@ -32,6 +32,7 @@ from acausal.solvers.first_step import first_step
 from acausal.solvers.protocol import Options, RunResult, Statistics, Status, StepResult
 from acausal.solvers.stepping import run_by_steps
 from acausal.solvers.system import NativeSystem, native_system
+from acausal.solvers.watching import Watch, Watching
 
 if TYPE_CHECKING:
     from acausal.assembly.problem import DAEProblem
@@ -70,7 +71,7 @@ def odes_module(name: str) -> Any:
     )
 
 
-class OdesIntegrator:
+class OdesIntegrator(Watching):
     """Base of both; see :class:`acausal.solvers.protocol.Integrator`.
 
     A subclass makes the solver and translates between the unknowns and the solver's vectors.
@@ -98,6 +99,7 @@ class OdesIntegrator:
         self._attempt = 0
         self._since = 0
         self._solver: Any = None
+        self._watch = Watch(system)
         self._use(system)
 
     # --- for subclasses
@@ -170,12 +172,16 @@ class OdesIntegrator:
             failure = Failure(Reason.TOO_MANY_STEPS, self._t)
             error = integration_error(failure, self._options.labels, (f"limit: {maximum} steps",))
             return StepResult(self._t, Status.FAILED, error)
+        before = self._t
+        low = self._watch.values(before, self.y, self.yp) if self.watches else None
         if self._t_step > self._t:  # an earlier run has looked ahead
             self.go_to(min(self._t_step, t_limit))
         else:
             error_or_none = self._advance(t_limit)
             if error_or_none is not None:
                 return StepResult(self._t, Status.FAILED, error_or_none)
+        if low is not None and self._watch.search(self, before, low, self._t):
+            return StepResult(self._t, Status.ROOT)
         status = Status.REACHED if self._t >= t_limit else Status.STEPPED
         return StepResult(self._t, status)
 
@@ -283,6 +289,8 @@ class OdesIntegrator:
             if system.problem.n != len(self.y):
                 raise ValueError("the new problem has another size")
             self._use(system)
+            self._watch.use(system)
+            self._consistent_point = None
             self._solver = None
         elif self._stops > MOST_STOPS:
             self._solver = None

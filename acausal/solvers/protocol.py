@@ -263,7 +263,7 @@ def create(
     if problem_size(problem) == 0:
         from acausal.solvers.trivial import TrivialIntegrator
 
-        return TrivialIntegrator(t, options)
+        return TrivialIntegrator(native_system(problem), t, options)
     system = native_system(problem)
     if name == "ida":
         from acausal.solvers.ida import IDAIntegrator

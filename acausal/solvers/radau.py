@@ -15,6 +15,7 @@ from acausal.solvers.failures import Failure, IntegrationError, Reason, integrat
 from acausal.solvers.protocol import Options, RunResult, Statistics, Status, StepResult
 from acausal.solvers.stepping import run_by_steps
 from acausal.solvers.system import NativeSystem, native_system
+from acausal.solvers.watching import Watch, Watching
 
 if TYPE_CHECKING:
     from acausal.assembly.problem import DAEProblem
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-class RadauIntegrator:
+class RadauIntegrator(Watching):
     """The integrator ``radau``; see :class:`acausal.solvers.protocol.Integrator`."""
 
     def __init__(
@@ -32,6 +33,7 @@ class RadauIntegrator:
         self._options = options
         self._base = Statistics()
         self._steps = 0
+        self._watch = Watch(system)
         self._start(system, t, y, yp)
 
     def _start(self, system: NativeSystem, t: float, y: Array, yp: Array) -> None:
@@ -97,9 +99,11 @@ class RadauIntegrator:
             failure = Failure(Reason.TOO_MANY_STEPS, self._t)
             note = f"limit: {options.max_steps} steps"
             return self._failed(integration_error(failure, options.labels, (note,)))
+        before = self._t
+        low = self._watch.values(before, self.y, self.yp) if self.watches else None
         if self._t_step > self._t:  # an earlier run has looked ahead
             self.go_to(min(self._t_step, t_limit))
-            return self._result(t_limit)
+            return self._result(t_limit, before, low)
         try:
             message = self._advance(t_limit)
         except IntegrationError as error:
@@ -107,9 +111,11 @@ class RadauIntegrator:
         if message is not None:
             return self._failed(self._explain(message))
         self.go_to(self._t_step)
-        return self._result(t_limit)
+        return self._result(t_limit, before, low)
 
-    def _result(self, t_limit: float) -> StepResult:
+    def _result(self, t_limit: float, before: float, low: Array | None) -> StepResult:
+        if low is not None and self._watch.search(self, before, low, self._t):
+            return StepResult(self._t, Status.ROOT)
         return StepResult(self._t, Status.REACHED if self._t >= t_limit else Status.STEPPED)
 
     def _failed(self, error: IntegrationError) -> StepResult:
@@ -185,6 +191,9 @@ class RadauIntegrator:
         system = self._system if problem is None else native_system(problem)
         if system.problem.n != self._system.problem.n:
             raise ValueError("the new problem has another size")
+        if problem is not None:
+            self._watch.use(system)
+            self._consistent_point = None
         self._start(system, t, y, yp)
 
     @property

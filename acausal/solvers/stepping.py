@@ -25,6 +25,10 @@ class Stepper(Protocol):
         """Time of ``y`` and ``yp``."""
 
     @property
+    def watches(self) -> bool:
+        """Whether there are root functions."""
+
+    @property
     def end_of_step(self) -> float:
         """End of the last step, which may lie past ``t``."""
 
@@ -60,14 +64,24 @@ def run_by_steps(
         if len(times) == 0:
             return RunResult(0, Status.REACHED)
         limit = float(times[-1]) if t_limit is None else max(float(times[-1]), t_limit)
+        # Rows may be filled up to here; of a step that is left over, roots are not known yet.
+        known = integrator.t if integrator.watches else integrator.end_of_step
+        root: float | None = None
         for row, time in enumerate(times):
             t = float(time)
-            while t > integrator.end_of_step:
+            while t > known and root is None:
                 result = integrator.step(t if land else limit)
                 if result.status is Status.FAILED:
                     return RunResult(row, Status.FAILED, result.failure)
+                known = integrator.t
+                if result.status is Status.ROOT:
+                    root = known
                 if progress is not None:
                     progress(integrator.t)
+            if root is not None and t > root:
+                if integrator.t != root:
+                    integrator.go_to(root)
+                return RunResult(row, Status.ROOT)
             if t != integrator.t:
                 integrator.go_to(t)
             out_y[row] = integrator.y
@@ -76,4 +90,6 @@ def run_by_steps(
         return RunResult(row, Status.FAILED, error)
     except KeyboardInterrupt:
         return RunResult(row, Status.INTERRUPTED)
+    if root is not None and root == times[-1]:
+        return RunResult(len(times), Status.ROOT)
     return RunResult(len(times), Status.REACHED)
