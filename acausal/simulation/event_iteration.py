@@ -51,7 +51,7 @@ class Continuous(Protocol):
         """Give continuous variables new values, see ``Hybrid.reinits``."""
 
 
-class Endless(Exception):
+class EndlessError(Exception):
     """The event iteration does not settle.
 
     Attributes:
@@ -101,7 +101,6 @@ class EventIteration:
         kernels.assign_initial_pre()
         # The first solution is sought for the relations and discrete values that belong to the
         # start values; what was found may say otherwise.
-        self._follow_relations(time)
         self._solve(continuous, time)
         kernels.remember_limits()
         self._follow_relations(time)
@@ -114,10 +113,19 @@ class EventIteration:
         """Hold relations at what the values of the first instant say, and assign."""
         kernels = self.kernels
         kernels.evaluate_relations()
-        kernels.hold_relations(
-            kernels.states.wanted(kernels.relation_values(), time, exact=True)
-        )
+        kernels.hold_relations(kernels.states.wanted(kernels.relation_values(), time, exact=True))
         kernels.assign(initial=True)
+
+    def _as_they_are(self, time: float) -> None:
+        """Hold everything at what the continuous values say, without hysteresis."""
+        kernels = self.kernels
+        kernels.remember_limits()
+        for _ in range(2):  # relations may stand inside of relations
+            kernels.evaluate_relations()
+            kernels.hold_relations(
+                kernels.states.wanted(kernels.relation_values(), time, exact=True)
+            )
+            kernels.assign(initial=True)
 
     def at(
         self,
@@ -139,6 +147,8 @@ class EventIteration:
         self.rested = self.rested[:0]
         self._known = kernels.held[self._relevant]
         kernels.remember_limits()
+        kernels.evaluate_relations()
+        kernels.states.left[:] = kernels.states.g
         if len(samples):
             kernels.held[samples] = 1.0
         if relations is not None:
@@ -172,7 +182,7 @@ class EventIteration:
             before = held[n : 2 * n].copy()
             held[n : 2 * n] = held[:n]
             self.kernels.remember_limits()
-        raise Endless(np.flatnonzero(before != held[:n]), False)
+        raise EndlessError(np.flatnonzero(before != held[:n]), False)
 
     # --- one round: values before the event frozen -----------------------------------------
 
@@ -308,4 +318,4 @@ class EventIteration:
                         return
             kernels.held[:] = start
         places = kernels.states.relations.place[moving]
-        raise Endless(np.sort(places), True, cause)
+        raise EndlessError(np.sort(places), True, cause)

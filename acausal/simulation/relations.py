@@ -6,7 +6,7 @@ read the held value, so they are smooth; the solver looks for the moment at whic
 
 What was computed is known to round-off only, so a relation whose ``g`` is next to zero stays as
 it is: it changes where ``g`` is on the other side by more than :data:`SHARE` of the largest
-``g`` it has seen. A root that the solver has found is believed. Where ``g`` stands next to zero
+``g`` it has seen, or where ``g`` jumps to zero exactly. A root that the solver has found is believed. Where ``g`` stands next to zero
 when integration goes on, the root function is shifted by the same small amount, so that it has
 a sign to begin with; elsewhere it is exact.
 
@@ -125,6 +125,7 @@ class RelationStates:
         g: Their differences as last evaluated, shape ``(n,)``.
         slope: Coefficients of time of the scheduled ones, zero elsewhere, shape ``(n,)``.
         largest: Largest ``|g|`` so far, shape ``(n,)``.
+        left: Differences before the present event, shape ``(n,)``.
         any_scheduled: Some relations are linear in time.
     """
 
@@ -134,6 +135,7 @@ class RelationStates:
         self.g: Array = np.zeros(n)
         self.slope: Array = np.zeros(n)
         self.largest: Array = np.zeros(n)
+        self.left: Array = np.zeros(n)
         self._floors = np.flatnonzero(relations.kind == FLOOR)
         self._inclusive = relations.kind == GREATER_EQUAL
         self.any_scheduled = bool(relations.scheduled.any())
@@ -160,6 +162,10 @@ class RelationStates:
         new = g > level
         if self._any_inclusive:
             new |= self._inclusive & (g == level)
+        if not exact:
+            jumped = (g == 0.0) & (np.abs(self.left) > margin)
+            if jumped.any():
+                new = np.where(jumped, self._inclusive, new)
         result: Array = new.astype(np.float64)
         if len(self._floors):
             f = self._floors
@@ -181,9 +187,7 @@ class RelationStates:
         here = (np.abs(g - nearest) <= tolerance) & (slope != 0.0)
         rising = slope > 0.0
         value = np.where(floors, np.where(rising, nearest, nearest - 1.0), rising)
-        exact = np.where(
-            floors, np.floor(g), np.where(self._inclusive[s], g >= 0.0, g > 0.0)
-        )
+        exact = np.where(floors, np.floor(g), np.where(self._inclusive[s], g >= 0.0, g > 0.0))
         result[s] = np.where(here, value, exact)
 
     def next_times(self, held: Array, time: float) -> Array:
