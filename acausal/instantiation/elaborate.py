@@ -192,15 +192,15 @@ class TemplateBuilder:
 
     def _in_order(self) -> None:
         order = {n: k for k, n in enumerate(self.merged.elements)}
-        for table in (
+        for entries in (
             self.template.variables,
             self.template.parameters,
             self.template.children,
             self.template.structural,
         ):
-            items = sorted(table.items(), key=lambda item: order[item[0]])
-            table.clear()
-            table.update(items)  # type: ignore[arg-type]
+            items = sorted(entries.items(), key=lambda item: order[item[0]])
+            entries.clear()
+            entries.update(items)  # type: ignore[arg-type]
 
     # --- declarations ------------------------------------------------------------------
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NoReturn
 from acausal.diagnostics import fail
 from acausal.diagnostics.suggest import nearest
 from acausal.expressions.nodes import Expr, slot
+from acausal.expressions.traverse import slots
 from acausal.instantiation.builtins import builtin_names, find_builtin
 from acausal.instantiation.domain import loop_names
 from acausal.instantiation.event_operators import event_operator_names, find_event_operator
@@ -106,15 +107,19 @@ class ClassEnvironment:
         if self.builder is None:
             fail("E008", "there are no events here", source.span,
                  help="functions and types have no events; use it in a model")  # fmt: skip
+        declared = self.builder.template.signals
         names = loop_names(*operands)
+        for inside in slots(*operands):
+            if isinstance(inside, Signal) and inside.number >= 0:
+                names.update(declared[inside.number].domain.names)
         if not names <= set(self.domain.names):
             raise NeedsUnroll
         domain = self.domain if names else Domain()
         key = (kind, operands, domain.names, domain.values.tobytes())
         known = self.builder.signal_numbers
         if key not in known:
-            known[key] = len(self.builder.template.signals)
-            self.builder.template.signals.append(
+            known[key] = len(declared)
+            declared.append(
                 SignalDecl(kind, operands, domain, source.span, format_expression(source))
             )
         return slot(Signal(known[key]))

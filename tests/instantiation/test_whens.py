@@ -78,6 +78,14 @@ def test_what_does_not_depend_on_the_loop_is_one_signal():
     assert [s.domain.length for s in own.signals] == [1, 1]
 
 
+def test_a_condition_on_a_sample_has_its_loops():
+    own = template(
+        "model M Integer n[3]; equation for i in 1:3 loop when sample(0, i) then "
+        "n[i] = i; end when; end for; end M;"
+    )
+    assert [s.domain.names for s in own.signals] == [("i#0",), ("i#0",)]
+
+
 def test_loops_of_branches_may_name_their_index_differently():
     own = template(
         "model M Integer n[3]; equation when time > 1 then for i in 1:3 loop n[i] = i; end for; "
