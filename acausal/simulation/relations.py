@@ -31,6 +31,8 @@ Array = NDArray[np.float64]
 
 #: Share of the largest ``g`` within which a relation stays as it is.
 SHARE = 1e-12
+#: Share of the largest ``g`` at which a relation that is zero now was certainly not near zero.
+JUMP = 1e-6
 #: Least shift of a root function: one that has only been zero so far needs a sign, too.
 LEAST = 1e-30
 #: Times nearer to each other than this share of theirs are one.
@@ -163,7 +165,7 @@ class RelationStates:
         if self._any_inclusive:
             new |= self._inclusive & (g == level)
         if not exact:
-            jumped = (g == 0.0) & (np.abs(self.left) > margin)
+            jumped = (g == 0.0) & (np.abs(self.left) > JUMP * largest)
             if jumped.any():
                 new = np.where(jumped, self._inclusive, new)
         result: Array = new.astype(np.float64)
