@@ -47,7 +47,8 @@ def _parameters(system: System, segment: Segment, ids: Ids) -> Array:
     held = ids >= system.hybrid.first
     if held.any():
         values = np.repeat(values, len(segment.times), axis=0)
-        values[:, held] = segment.held.values[segment.held.which][:, ids[held] - system.hybrid.first]
+        places = ids[held] - system.hybrid.first
+        values[:, held] = segment.held.values[:, places][segment.held.which]
     return values
 
 

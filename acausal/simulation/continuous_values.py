@@ -57,9 +57,7 @@ class StartValues:
         if self._solved_for is not None and np.array_equal(parameters, self._solved_for):
             return
         self._solved_for = parameters.copy()
-        self.start = initialize(
-            replace(self._start_system, parameters=self._solved_for), time
-        )
+        self.start = initialize(replace(self._start_system, parameters=self._solved_for), time)
         self._w[TIME_POSITION] = time
         self.values[:] = self.start.values
 

@@ -116,9 +116,9 @@ def _go(run: Run, handler: EventHandler | None, times: Array, stop: float) -> No
                 continue
             if handler is None:
                 continue
-            if reached is Reached.ROOT or run.time >= handler.next_time:
-                if not handler.handle(reached is Reached.ROOT):
-                    return
+            found = reached is Reached.ROOT
+            if (found or run.time >= handler.next_time) and not handler.handle(found):
+                return
         elif handler is None or not handler.handle(False):
             return
         while done < len(times) and times[done] <= run.time:

@@ -12,7 +12,7 @@ from acausal.flattening.model import Ids
 from acausal.results.result import Ending, Event
 from acausal.simulation.accumulation import Accumulation
 from acausal.simulation.continuous_values import RunValues
-from acausal.simulation.event_iteration import Endless, EventIteration
+from acausal.simulation.event_iteration import EndlessError, EventIteration
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.event_messages import chattering, endless
 from acausal.simulation.event_texts import EventTexts
@@ -81,7 +81,7 @@ class EventHandler:
         if len(due):
             try:
                 iteration.at(values, run.time, None, due)
-            except Endless as reason:
+            except EndlessError as reason:
                 raise endless(run.system, kernels, reason, values.values(), run.time) from None
             if iteration.solved:
                 run.begin_at(run.time, values.y, values.yp)
@@ -115,7 +115,7 @@ class EventHandler:
             is_root: The solver has found a root; otherwise it is an event in time.
         """
         run = self._run
-        current, kernels, iteration, values, integrator = self._present()
+        _, kernels, iteration, values, integrator = self._present()
         time = run.time
         values.take(time, integrator.y, integrator.yp)
         before = kernels.relation_values()
@@ -128,7 +128,7 @@ class EventHandler:
         discrete = kernels.held[:n].copy()
         try:
             iteration.at(values, time, relations, self._schedule.due(time))
-        except Endless as reason:
+        except EndlessError as reason:
             run.record_here()
             run.fail(endless(run.system, kernels, reason, values.values(), time))
             return False
@@ -147,7 +147,7 @@ class EventHandler:
             run.events.append(Event(time, f"impacts accumulate: {name} comes to rest"))
         if iteration.solved:
             self._restart(time, values)
-            current, kernels, iteration, values, integrator = self._present()
+            _, kernels, _, _, integrator = self._present()
         self._go_on(kernels, integrator)
         run.record_here()
         ended = kernels.evaluate_terminations()
@@ -225,7 +225,7 @@ class EventHandler:
         values.take(run.time, integrator.y, integrator.yp)
         try:
             iteration.last(values, run.time)
-        except (Endless, AcausalError):
+        except (EndlessError, AcausalError):
             return
         if not np.array_equal(held, kernels.held):
             run.begin_at(run.time, values.y, values.yp)

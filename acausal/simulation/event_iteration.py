@@ -101,6 +101,7 @@ class EventIteration:
         kernels.assign_initial_pre()
         # The first solution is sought for the relations and discrete values that belong to the
         # start values; what was found may say otherwise.
+        self._follow_relations(time)
         self._solve(continuous, time)
         kernels.remember_limits()
         self._follow_relations(time)

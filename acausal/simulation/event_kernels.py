@@ -70,16 +70,15 @@ class EventKernels:
         self._values = self._sequence(hybrid.reinits.values, 0, self.reinit_values)
         total = sum(t.family.count for t in hybrid.terminations)
         self.terminates: Array = np.zeros(total)
-        self._terminates = self._sequence([t.family for t in hybrid.terminations], None, self.terminates)
+        families = [t.family for t in hybrid.terminations]
+        self._terminates = self._sequence(families, None, self.terminates)
         self._slopes = self._slope_sequence(relations)
 
     def _index(self, family: EquationFamily) -> NDArray[np.int32]:
         index = np.empty(family.operands.shape, np.int32)
         for k, kind in enumerate(family.kinds):
             ids = family.operands[k]
-            index[k] = (
-                self._position[ids] if kind == Operand.VARIABLE else self._parameters + ids
-            )
+            index[k] = self._position[ids] if kind == Operand.VARIABLE else self._parameters + ids
         return index
 
     def _calls(self, families: Sequence[EquationFamily], first: int | None) -> list[Call]:

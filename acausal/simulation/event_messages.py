@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from acausal.diagnostics import AcausalError
 from acausal.flattening.model import Ids
-from acausal.simulation.event_iteration import Endless
+from acausal.simulation.event_iteration import EndlessError
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.event_texts import EventTexts
 from acausal.simulation.system import System
@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 
 
 def endless(
-    system: System, kernels: EventKernels, reason: Endless, values: Array, time: float
+    system: System, kernels: EventKernels, reason: EndlessError, values: Array, time: float
 ) -> AcausalError:
     """Return the error of an event iteration that does not settle.
 

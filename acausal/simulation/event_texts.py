@@ -80,21 +80,12 @@ class EventTexts:
         words = tuple(f"{text}{f' (line {s.line})' if s else ''}" for text, s in texts)
         more = f"and {len(places) - _MOST} more" if len(places) > _MOST else ""
         shown = self.values(places, values)
-        return AcausalError(
-            [
-                Diagnostic(
-                    code,
-                    message,
-                    span,
-                    notes=(
-                        *(["involved: " + "; ".join((*words, *([more] if more else [])))] if words else []),
-                        *(["values: " + ", ".join(shown)] if shown else []),
-                        *notes,
-                    ),
-                    help=help_,
-                )
-            ]
-        )
+        all_notes = [
+            *(["involved: " + "; ".join((*words, *([more] if more else [])))] if words else []),
+            *(["values: " + ", ".join(shown)] if shown else []),
+            *notes,
+        ]
+        return AcausalError([Diagnostic(code, message, span, notes=tuple(all_notes), help=help_)])
 
 
 def _variables(family: EquationFamily, member: int) -> list[int]:

@@ -81,8 +81,8 @@ class Folds:
             found = _solution(restart, moved, algebraic, time + ahead)
             if found is None:
                 continue
-            size = np.maximum(np.maximum(np.abs(values[algebraic]), np.abs(found[algebraic])), nominal)
-            change = np.abs(found[algebraic] - values[algebraic]) / size
+            old, new = values[algebraic], found[algebraic]
+            change = np.abs(new - old) / np.maximum.reduce([np.abs(old), np.abs(new), nominal])
             if not np.isfinite(found).all() or change.max() < JUMP:
                 continue
             self._last = time

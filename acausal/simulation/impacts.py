@@ -71,9 +71,7 @@ class Impacts:
         chains = differentiated.chains
         rows = differentiated.rows_of(np.arange(len(offsets.c)), offsets.c)
         ids = chains.ids(np.arange(chains.n_bases), offsets.d)
-        equations = start_equations(
-            system.start_system(np.zeros(0, np.int64)), with_initial=False
-        )
+        equations = start_equations(system.start_system(np.zeros(0, np.int64)), with_initial=False)
         return equations, algebraic_problem(equations, rows, ids)
 
     def __call__(self, run: RunValues, acting: Ids, values: Array, time: float) -> None:
@@ -104,9 +102,7 @@ class Impacts:
         if velocity.any():
             self._impact(run, acting[velocity], base[velocity], values, time)
 
-    def _impact(
-        self, run: RunValues, acting: Ids, bases: Ids, values: Array, time: float
-    ) -> None:
+    def _impact(self, run: RunValues, acting: Ids, bases: Ids, values: Array, time: float) -> None:
         system = self._system
         hybrid = system.hybrid
         assert hybrid is not None

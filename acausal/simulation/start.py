@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.assembly.problem import TIME_POSITION
 from acausal.diagnostics import Diagnostic
 from acausal.flattening.model import Ids
 from acausal.initialization.start import initialize
 from acausal.simulation.accumulation import Accumulation
 from acausal.simulation.continuous_values import VALUES, StartValues, start_vector
-from acausal.simulation.event_iteration import Endless, EventIteration
+from acausal.simulation.event_iteration import EndlessError, EventIteration
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.event_messages import endless
 from acausal.simulation.relations import Relations, relations_of
@@ -59,12 +60,13 @@ def start_values(system: System, selector: StateSelector, time: float) -> Begin:
         return Begin(found, start.values, system.parameters, None, start.warnings)
     relations = relations_of(system.hybrid)
     w = start_vector(system)
+    w[TIME_POSITION] = time
     n = len(system.active)
     kernels = EventKernels(system.hybrid, relations, w, VALUES + np.arange(n), VALUES + n)
     values = StartValues(system, states, w)
     try:
         EventIteration(kernels, Accumulation(system.hybrid)).first(values, time)
-    except Endless as reason:
+    except EndlessError as reason:
         raise endless(system, kernels, reason, values.values, time) from None
     parameters = w[VALUES + n :].copy()
     selector.hold(parameters)

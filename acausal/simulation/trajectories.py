@@ -104,9 +104,7 @@ class Trajectories:
         for segment in self.segments:
             if self.chosen is None:
                 parts.append(
-                    segment.observer.values(
-                        ids, segment.times, segment.y, segment.yp, segment.held
-                    )
+                    segment.observer.values(ids, segment.times, segment.y, segment.yp, segment.held)
                 )
             else:
                 places = np.searchsorted(self.chosen, ids)
