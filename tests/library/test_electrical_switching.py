@@ -109,7 +109,8 @@ def test_triac_conducts_in_both_half_waves() -> None:
     result = run(
         """
   electrical.SineVoltage source(V = 10[V], f = 1[Hz]);
-  electrical.IdealTriac triac(Vknee = 0[V], Rdis = 1e6[Ohm], Cdis = 1e-9[F], capacitor(v(fixed = true)),
+  electrical.IdealTriac triac(Vknee = 0[V], Rdis = 1e6[Ohm], Cdis = 1e-9[F],
+    capacitor(v(fixed = true)),
     idealThyristor(off(fixed = true)), idealThyristor1(off(fixed = true)));
   electrical.Resistor load(R = 5[Ohm]);
   electrical.Ground ground;
