@@ -20,7 +20,7 @@ from acausal.codegen.writer import Function, Value, module
 TOLERANCE = 1e-10
 #: Values count as at least this share of their nominal values.
 SHARE = 1e-3
-ITERATIONS = 12
+ITERATIONS = 16
 #: The matrix is kept while a correction is so much smaller than the one before.
 KEEP = 1e-3
 #: Pivots of the scaled matrix below this are zero.

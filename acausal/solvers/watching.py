@@ -87,7 +87,7 @@ class Watch:
         for turn in range(TURNS):
             if b - a <= width or high[best] == 0.0:
                 break
-            t = b - (b - a) * high[best] / (high[best] - weight * low[best])
+            t = float(b - (b - a) * high[best] / (high[best] - weight * low[best]))
             if turn > SECANTS:
                 t = a + 0.5 * (b - a)
             inward = (0.1 if b - a > 5.0 * width else 0.5 * width / (b - a)) * (b - a)
