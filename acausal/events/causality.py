@@ -47,7 +47,7 @@ def discrete_rows(model: FlatModel, discrete: Discrete) -> DiscreteRows:
     discrete is a matter of the instance.
     """
     held = discrete.discrete
-    lonely = _lonely_rows(model, held)
+    lonely = _lonely_rows(model.families, model.n_rows, held)
     if not lonely.any():
         return DiscreteRows(model.families, (), ())
     assigned = np.zeros(len(held), np.bool_)
@@ -71,51 +71,109 @@ def discrete_rows(model: FlatModel, discrete: Discrete) -> DiscreteRows:
         ):
             equalities.append(part)
         else:
-            assignments += _solved(part, assigned, model.names)
+            solved, left = _solved(part, Operand.VARIABLE, assigned)
+            assignments += solved
+            if len(left):
+                _fail_unsolved(part, left, model.names)
     return DiscreteRows(tuple(families), tuple(equalities), tuple(assignments))
 
 
-def _lonely_rows(model: FlatModel, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
+@dataclass(frozen=True)
+class InitialRows:
+    """Initial equations that relate discrete variables only, and the rest, numbered anew.
+
+    Attributes:
+        families: Families of the rest.
+        n_rows: Number of its rows.
+        assignments: Equations solved for the discrete variable ``rows``.
+        before: Equations solved for its value before the first instant.
+    """
+
+    families: tuple[EquationFamily, ...]
+    n_rows: int
+    assignments: tuple[EquationFamily, ...]
+    before: tuple[EquationFamily, ...]
+
+
+def initial_rows(model: FlatModel, discrete: Discrete) -> InitialRows:
+    """Turn initial equations in which nothing is continuous into assignments.
+
+    That a variable of a component only changes at events is not known to the class around it.
+    """
+    lonely = _lonely_rows(model.initial, model.n_initial, discrete.discrete)
+    if not lonely.any():
+        return InitialRows(model.initial, model.n_initial, (), ())
+    assigned, before = np.zeros((2, len(discrete.base)), np.bool_)
+    for chosen, known in ((discrete.initial, assigned), (discrete.initial_pre, before)):
+        for family in chosen:
+            known[family.rows] = True
+    number = np.cumsum(~lonely) - 1
+    families: list[EquationFamily] = []
+    assignments: list[EquationFamily] = []
+    pre: list[EquationFamily] = []
+    for family in model.initial:
+        own = lonely[family.rows]
+        if not own.all():
+            rest = take_members(family, np.flatnonzero(~own))
+            families.append(replace(rest, rows=number[rest.rows]))
+        if own.any():
+            part = take_members(family, np.flatnonzero(own))
+            solved, left = _solved(part, Operand.VARIABLE, assigned)
+            assignments += solved
+            if len(left):
+                solved, left = _solved(take_members(part, left), Operand.PRE, before)
+                pre += solved
+            if len(left):
+                _fail_unsolved(part, left, model.names)
+    n_rows = int(np.count_nonzero(~lonely))
+    return InitialRows(tuple(families), n_rows, tuple(assignments), tuple(pre))
+
+
+def _lonely_rows(
+    families: Sequence[EquationFamily], n_rows: int, held: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
     """Mark the rows that have discrete variables and no continuous one."""
-    continuous = np.zeros(model.n_rows, np.bool_)
-    discrete = np.zeros(model.n_rows, np.bool_)
-    for family in model.families:
+    continuous = np.zeros(n_rows, np.bool_)
+    discrete = np.zeros(n_rows, np.bool_)
+    for family in families:
         for kind, ids in zip(family.kinds, family.operands, strict=True):
-            if kind == Operand.VARIABLE:
+            if kind in (Operand.VARIABLE, Operand.PRE):
                 mine = held[ids]
                 discrete[family.rows[mine]] = True
-                continuous[family.rows[~mine]] = True
+                if kind == Operand.VARIABLE:
+                    continuous[family.rows[~mine]] = True
     return discrete & ~continuous
 
 
 def _solved(
-    family: EquationFamily, assigned: NDArray[np.bool_], names: Names
-) -> list[EquationFamily]:
-    """Solve rows for a variable that nothing else defines."""
+    family: EquationFamily, kind: Operand, assigned: NDArray[np.bool_]
+) -> tuple[list[EquationFamily], Ids]:
+    """Solve rows for a variable that nothing else defines; return what is left as well."""
     result: list[EquationFamily] = []
     left = np.arange(family.count)
-    for j, kind in enumerate(family.kinds):
-        solution = _solution(family.template, j) if kind == Operand.VARIABLE else None
+    for j, own in enumerate(family.kinds):
+        solution = _solution(family.template, j) if own == kind else None
         if solution is None or not len(left):
             continue
-        ids = family.operands[j]
-        free = ~assigned[ids[left]]
+        free = ~assigned[family.operands[j, left]]
         members = left[free]
         left = left[~free]
         if len(members):
             part = take_members(family, members)
             result.append(renumbered(replace(part, rows=part.operands[j]), solution))
             assigned[part.operands[j]] = True
-    if len(left):
-        origin = origin_of(family, int(left[0]))
-        ids = [r[left[0]] for k, r in zip(family.kinds, family.operands, strict=True)
-               if k == Operand.VARIABLE]  # fmt: skip
-        paths = sorted({names.variable(int(i)) for i in ids})
-        fail("E026", f"an equation of discrete variables gives none of them its value: "
-             f"{', '.join(paths)}", origin.span if origin else None,
-             label="all that stands here only changes at events",
-             help="write a single variable on the left, or remove the equation")  # fmt: skip
-    return result
+    return result, left
+
+
+def _fail_unsolved(family: EquationFamily, left: Ids, names: Names) -> None:
+    origin = origin_of(family, int(left[0]))
+    ids = [row[left[0]] for kind, row in zip(family.kinds, family.operands, strict=True)
+           if kind != Operand.PARAMETER]  # fmt: skip
+    paths = sorted({names.variable(int(i)) for i in ids})
+    fail("E026", f"an equation of discrete variables gives none of them its value: "
+         f"{', '.join(paths)}", origin.span if origin else None,
+         label="all that stands here only changes at events",
+         help="write a single variable on the left, or remove the equation")  # fmt: skip
 
 
 def _solution(template: Expr, j: int) -> Expr | None:

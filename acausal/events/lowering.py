@@ -18,6 +18,7 @@ from acausal.diagnostics import Label, fail
 from acausal.events.causality import (
     check_definitions,
     discrete_rows,
+    initial_rows,
     origin_of,
     targets_of,
 )
@@ -56,6 +57,12 @@ def lower_events(model: FlatModel) -> FlatModel:
         return model
     discrete = model.discrete or _nothing_discrete(model)
     rows = discrete_rows(model, discrete)
+    beginning = initial_rows(model, discrete)
+    discrete = replace(
+        discrete,
+        initial=(*discrete.initial, *beginning.assignments),
+        initial_pre=(*discrete.initial_pre, *beginning.before),
+    )
     equalities = (*discrete.equalities, *rows.equalities)
     assigned = (*discrete.assignments, *rows.assignments)
     first = len(model.parameters)
@@ -84,7 +91,7 @@ def lower_events(model: FlatModel) -> FlatModel:
             held_operands(_fires(discrete), layout),
         ]
     )
-    assignments += condition_values
+    assignments = [*extraction.shared(assignments), *condition_values]
     count = extraction.count
     ordered = _ordered(assignments, layout, model.names)
     initial = ordered
@@ -119,7 +126,7 @@ def lower_events(model: FlatModel) -> FlatModel:
         delays=tuple(delays),
         delay_times=tuple(delay_times),
         delay_maxima=maxima,
-        reinits=_reinits(discrete, layout, fires),
+        reinits=_reinits(discrete, layout, fires, extraction),
         terminations=tuple(
             Termination(part, t.message)
             for t in discrete.terminations
@@ -132,7 +139,8 @@ def lower_events(model: FlatModel) -> FlatModel:
         variables=replace(model.variables, fixed=model.variables.fixed & (layout.place < 0)),
         parameters=np.concatenate([model.parameters, start]),
         families=tuple(continuous),
-        initial=held_operands(model.initial, layout),
+        initial=held_operands(beginning.families, layout),
+        n_initial=beginning.n_rows,
         assertions=tuple(
             replace(a, family=part)
             for a in model.assertions
@@ -175,7 +183,9 @@ def _numbered(discrete: Discrete, part: str) -> list[EquationFamily]:
     return result
 
 
-def _reinits(discrete: Discrete, layout: Layout, fires: Families) -> Reinits:
+def _reinits(
+    discrete: Discrete, layout: Layout, fires: Families, extraction: Extraction
+) -> Reinits:
     def joined(parts: list[Ids]) -> Ids:
         return np.concatenate([np.zeros(0, np.int64), *parts])
 
@@ -186,7 +196,7 @@ def _reinits(discrete: Discrete, layout: Layout, fires: Families) -> Reinits:
         ones,
         joined([r.impulse for r in discrete.reinits]),
         ones,
-        held_operands(_numbered(discrete, "value"), layout),
+        tuple(extraction.shared(held_operands(_numbered(discrete, "value"), layout))),
         tuple(fires),
         states,
     )

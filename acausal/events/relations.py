@@ -9,7 +9,7 @@ at events anyway. Relations with the same template and operands are one (Modelic
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -17,7 +17,7 @@ import numpy as np
 from acausal.expressions import build
 from acausal.expressions.nodes import Expr, slot
 from acausal.expressions.traverse import postorder
-from acausal.flattening.members import join_origins, renumbered, take_members
+from acausal.flattening.members import join_origins, partition, renumbered, take_members
 from acausal.flattening.model import EquationFamily, Ids, Operand, RelationFamily
 
 #: What is not descended into: relations inside make no events.
@@ -189,6 +189,51 @@ class Extraction:
                 result[g][k] = self._replaced(result[g][k], places[g, k])
             open_ = again
 
+    def shared(self, families: Sequence[EquationFamily]) -> list[EquationFamily]:
+        """Return bodies of whens with the held values of relations that are watched elsewhere.
+
+        In ``when x > 1 then b = x > 1`` both have to be the same relation: at the very instant
+        of the event the numbers do not tell. All other relations in a body are left alone.
+
+        Args:
+            families: Templates are ``noevent`` of what the when gives its target.
+        """
+        result: list[EquationFamily] = []
+        for family in families:
+            if family.template.op != "noevent":
+                result.append(family)
+                continue
+            (body,) = family.template.args
+            found = [
+                (node, places)
+                for node in watched(body, family.kinds)
+                if (places := self._found(node, family)).max(initial=-1) >= 0
+            ]
+            if not found:
+                result.append(family)
+                continue
+            bare = replace(family, template=body)
+            keys = [(places >= 0).astype(np.int64) for _, places in found]
+            for members in partition(keys, [2] * len(keys)):
+                part = take_members(bare, members)
+                own = [(node, places[members]) for node, places in found]
+                part = self._held(part, [(n, p) for n, p in own if p[0] >= 0])
+                result.append(replace(part, template=build.noevent(part.template)))
+        return result
+
+    def _found(self, node: Watched, family: EquationFamily) -> Ids:
+        """Return the held positions of a relation that is known already, -1 elsewhere."""
+        function = renumbered(family, node.function)
+        known = self._known.get((function.template, function.kinds, node.kind), [])
+        if not known:
+            return np.full(family.count, -1)
+        operands = np.concatenate([f.operands for f in (*known, function)], axis=1)
+        rows = np.concatenate([f.rows for f in known])
+        first, inverse = unique_columns(operands)
+        place = np.where(first < len(rows), rows[np.minimum(first, len(rows) - 1)], -1)
+        found: Ids = place[inverse[len(rows) :]]
+        return found
+
     def _places(self, key: _Key, asked: list[EquationFamily]) -> list[Ids]:
         """Return the held positions of functions of one template, new ones where needed."""
         known = self._known.setdefault(key, [])
@@ -220,9 +265,15 @@ class Extraction:
 
     def _replaced(self, family: EquationFamily, places: dict[int, Ids]) -> EquationFamily:
         nodes = watched(family.template, family.kinds)
+        return self._held(family, [(node, places[i]) for i, node in enumerate(nodes)])
+
+    def _held(self, family: EquationFamily, nodes: list[tuple[Watched, Ids]]) -> EquationFamily:
+        """Return a family with held values in place of nodes."""
+        if not nodes:
+            return family
         m = len(family.kinds)
-        values = {node.node: node.value(slot(m + i)) for i, node in enumerate(nodes)}
-        held = [self._first + places[i] for i in range(len(nodes))]
+        values = {node.node: node.value(slot(m + i)) for i, (node, _) in enumerate(nodes)}
+        held = [self._first + places for _, places in nodes]
         extended = EquationFamily(
             family.template,
             (*family.kinds, *[Operand.PARAMETER] * len(nodes)),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from acausal.flattening.model import Operand
-from tests.events.lowered import State, hybrid_of, lowered, refused
+from tests.events.lowered import State, hybrid_of, lowered, refused, values_of
 
 BLOCKS = """
 connector BooleanInput = input Boolean;
@@ -141,6 +141,28 @@ def test_initial_equations_replace_assignments_at_the_start():
     assert [f.rows.tolist() for f in constant] == [[int(hybrid.place[0])]]
     (before,) = hybrid.initial_pre
     assert before.rows.tolist() == [hybrid.n_discrete + int(hybrid.place[1])]
+
+
+def test_initial_equations_of_discrete_variables_of_components_are_assignments():
+    model = lowered(BLOCKS + """
+    model M
+      Hold h; Hold g; Real z;
+    equation
+      h.u = time; g.u = z; der(z) = h.y;
+    initial equation
+      2*h.y = 3; z = 1; pre(g.y) = 4;
+    end M;
+    """)  # fmt: skip
+    assert model.n_initial == 1
+    (row,) = model.initial
+    assert row.rows.tolist() == [0]
+    state = State(model)
+    hybrid = state.hybrid
+    for family in (*hybrid.initial, *hybrid.initial_pre):
+        new = values_of(family, state.variables, state.parameters, 0.0)
+        state.parameters[hybrid.first + family.rows] = new
+    assert state["h.y"] == 1.5
+    assert state.held(hybrid.n_discrete + state.place("g.y")) == 4.0
 
 
 def test_start_values_are_those_of_the_variable_that_an_equation_defines():

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from acausal.events.relations import unique_columns
-from tests.events.lowered import State, hybrid_of, lowered
+from tests.events.lowered import State, hybrid_of, lowered, values_of
 
 
 def one_equation(right: str, more: str = "") -> str:
@@ -97,6 +97,33 @@ def test_a_relation_inside_noevent_stays_though_it_also_stands_outside():
     assert -state.residuals()[1] == 9.0
     state["x"] = 2.0
     assert -state.residuals()[1] == 8.0
+
+
+def test_a_when_sees_the_relation_that_fires_it():
+    text = """
+    model M
+      Real x(start=0, fixed=true); Boolean b; Boolean c; Boolean d;
+    equation
+      der(x) = 1;
+      when x > 1 then b = x > 1; c = x > 2; d = x <= 1; end when;
+    end M;
+    """
+    state = State(lowered(text))
+    (relation,) = state.hybrid.relations
+    assert relation.family.count == 1
+    state["x"] = 1.5
+    state.settle()
+    assert [state[v] for v in "bcd"] == [1, 0, 0]
+    # The root was found a little early: the relation is true, the numbers do not say so yet.
+    state.forget()
+    h = state.hybrid
+    state.parameters[h.first + h.n_discrete + h.conditions] = 0.0
+    state.parameters[h.first + relation.family.rows] = 1.0
+    state["x"] = 1.0 - 1e-12
+    for family in h.assignments:
+        new = values_of(family, state.variables, state.parameters, 1.0)
+        state.parameters[h.first + family.rows] = new
+    assert [state[v] for v in "bcd"] == [1, 0, 0]
 
 
 def test_only_what_rows_read_is_relevant():
