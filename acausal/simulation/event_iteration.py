@@ -150,6 +150,8 @@ class EventIteration:
         kernels.remember_limits()
         kernels.evaluate_relations()
         kernels.states.left[:] = kernels.states.g
+        if relations is not None:  # those whose root was found were near zero
+            kernels.states.left[relations != kernels.relation_values()] = 0.0
         if len(samples):
             kernels.held[samples] = 1.0
         if relations is not None:
