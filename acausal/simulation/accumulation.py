@@ -75,7 +75,7 @@ class Accumulation:
         """Let the support act in the direction in which it is needed now."""
         assert self._rests is not None
         number = self._number[ending]
-        kernels.evaluate_relations()
+        kernels.look()
         place = self._rests.supported[number]
         relations = kernels.states.relations
         g = np.zeros(len(kernels.held))

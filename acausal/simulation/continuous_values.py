@@ -22,12 +22,17 @@ Array = NDArray[np.float64]
 VALUES = 2
 
 
-def start_vector(system: System) -> Array:
-    """Return the work vector ``[0, t, values of all ids, parameters]`` of the first instant."""
-    n = len(system.active)
-    w = np.zeros(VALUES + n + len(system.parameters))
-    w[VALUES : VALUES + n] = system.variables.start
-    w[VALUES + n :] = system.parameters
+def start_vector(system: System, more: int, time: float) -> Array:
+    """Return the work vector ``[0, t, values of all ids, parameters, ...]`` of the first instant.
+
+    Args:
+        system: The model.
+        more: So many zeros follow.
+        time: Seconds.
+    """
+    w: Array = np.concatenate([
+        [0.0, time], system.variables.start, system.parameters, np.zeros(more),
+    ])  # fmt: skip
     return w
 
 
@@ -36,6 +41,7 @@ class StartValues:
 
     Attributes:
         start: The last solution.
+        parameters: Parameters and held values, a view of the work vector.
     """
 
     def __init__(self, system: System, states: Ids, w: Array) -> None:
@@ -43,6 +49,8 @@ class StartValues:
         self._start_system = system.start_system(states)
         self._w = w
         self._n = len(system.active)
+        first = VALUES + self._n
+        self.parameters: Array = w[first : first + len(system.parameters)]
         self._solved_for: Array | None = None
         self.start: Start | None = None
 
@@ -53,7 +61,7 @@ class StartValues:
 
     def solve(self, time: float) -> None:
         """Initialise, for what is held now."""
-        parameters = self._w[VALUES + self._n :]
+        parameters = self.parameters
         if self._solved_for is not None and np.array_equal(parameters, self._solved_for):
             return
         self._solved_for = parameters.copy()
@@ -70,10 +78,10 @@ class StartValues:
             found[hybrid.reinits.states[k]] = hybrid.reinits.signs[k] * values[k]
         states = np.sort(self._start_system.states)
         restart = prepare_restart(
-            replace(self._start_system, parameters=self._w[VALUES + self._n :].copy()), states
+            replace(self._start_system, parameters=self.parameters.copy()), states
         )
         self.values[:] = restart.solve(found, time)
-        self._solved_for = self._w[VALUES + self._n :].copy()
+        self._solved_for = self.parameters.copy()
 
     @property
     def warnings(self) -> tuple[Diagnostic, ...]:

@@ -98,14 +98,13 @@ class EventHandler:
         roots = self._run.current.native.problem.roots if self._run.current else None
         if roots is None:
             return
-        directions, shift = kernels.states.watch(kernels.relation_values())
-        roots.shift[:] = shift
-        integrator.set_root_directions(directions)
+        roots.shift[:] = kernels.states.shift
+        integrator.set_root_directions(kernels.states.direction.astype(np.int32))
 
     def _go_on(self, kernels: EventKernels, integrator: Integrator) -> None:
-        kernels.evaluate_relations()
+        kernels.prepare()
         self._watch(kernels, integrator)
-        self.next_time = self._schedule.next_time(kernels, self._run.time)
+        self.next_time = self._schedule.next_time(kernels)
         self._run.recorder.hold(kernels.held)
 
     def handle(self, is_root: bool) -> bool:

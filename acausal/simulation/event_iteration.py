@@ -85,12 +85,12 @@ class EventIteration:
         self._n = hybrid.n_discrete
         self._relevant = np.flatnonzero(hybrid.relevant)
         self._reinit_done: Array | None = None
-        self._known: Array = np.full(len(self._relevant), np.nan)  # at the last solution
+        self._known = b""  # what equations read of the held values, at the last solution
         self.solved = False
 
     def _solve(self, continuous: Continuous, time: float) -> None:
         continuous.solve(time)
-        self._known = self.kernels.held[self._relevant]
+        self._known = self.kernels.held[self._relevant].tobytes()
         self.solved = True
 
     def first(self, continuous: Continuous, time: float) -> None:
@@ -101,31 +101,25 @@ class EventIteration:
         kernels.assign_initial_pre()
         # The first solution is sought for the relations and discrete values that belong to the
         # start values; what was found may say otherwise.
-        self._follow_relations(time)
-        self._solve(continuous, time)
-        kernels.remember_limits()
-        self._follow_relations(time)
+        self._as_they_are()
+        try:
+            self._solve(continuous, time)
+        except AcausalError as error:
+            # The start values may lie in a mode in which there is no solution.
+            self._combined(continuous, time, True, np.zeros(0, np.int64), error)
+        self._as_they_are()
         held[n + hybrid.conditions] = held[hybrid.conditions]
         self._rounds(continuous, time, initial=True)
         held[hybrid.initial_flag] = 0.0
         self._end_of_event()
 
-    def _follow_relations(self, time: float) -> None:
-        """Hold relations at what the values of the first instant say, and assign."""
-        kernels = self.kernels
-        kernels.evaluate_relations()
-        kernels.hold_relations(kernels.states.wanted(kernels.relation_values(), time, exact=True))
-        kernels.assign(initial=True)
-
-    def _as_they_are(self, time: float) -> None:
+    def _as_they_are(self) -> None:
         """Hold everything at what the continuous values say, without hysteresis."""
         kernels = self.kernels
         kernels.remember_limits()
         for _ in range(2):  # relations may stand inside of relations
-            kernels.evaluate_relations()
-            kernels.hold_relations(
-                kernels.states.wanted(kernels.relation_values(), time, exact=True)
-            )
+            kernels.look(exact=True)
+            kernels.follow()
             kernels.assign(initial=True)
 
     def at(
@@ -146,10 +140,9 @@ class EventIteration:
         kernels = self.kernels
         self.solved = False
         self.rested = self.rested[:0]
-        self._known = kernels.held[self._relevant]
+        self._known = kernels.held[self._relevant].tobytes()
         kernels.remember_limits()
-        kernels.evaluate_relations()
-        kernels.states.left[:] = kernels.states.g
+        kernels.leave()
         if relations is not None:  # those whose root was found were near zero
             kernels.states.left[relations != kernels.relation_values()] = 0.0
         if len(samples):
@@ -180,7 +173,7 @@ class EventIteration:
         for round_ in range(ROUNDS):
             self._reinit_done = None
             self._settle(continuous, time, initial and round_ == 0)
-            if np.array_equal(held[n : 2 * n], held[:n]):
+            if held[n : 2 * n].tobytes() == held[:n].tobytes():
                 return
             before = held[n : 2 * n].copy()
             held[n : 2 * n] = held[:n]
@@ -193,14 +186,13 @@ class EventIteration:
         """Take turns until nothing changes."""
         seen: set[bytes] = set()
         for _ in range(TURNS):
-            changed = self._turn(time, initial, None)
+            changed = self._turn(initial, None)
             acted = self._reinit(continuous, time)
-            now = self.kernels.held[self._relevant]
-            if acted or not np.array_equal(now, self._known):
-                key = now.tobytes()
-                if key in seen and not acted:
+            now = self.kernels.held[self._relevant].tobytes()
+            if acted or now != self._known:
+                if now in seen and not acted:
                     break
-                seen.add(key)
+                seen.add(now)
                 try:
                     self._solve(continuous, time)
                 except AcausalError:
@@ -209,30 +201,27 @@ class EventIteration:
                 return
         self._one_at_a_time(continuous, time, initial)
 
-    def _turn(self, time: float, initial: bool, only: int | None) -> bool:
+    def _turn(self, initial: bool, only: int | None) -> bool:
         """Evaluate relations and discrete equations; return whether anything changed.
 
         Args:
-            time: Seconds.
             initial: With the initial equations.
             only: Change at most this many relations, the first ones.
         """
         kernels, n = self.kernels, self._n
-        kernels.evaluate_relations()
-        held = kernels.relation_values()
-        wanted = kernels.states.wanted(held, time)
-        differ = wanted != held
-        changed = bool(differ.any())
+        changed = kernels.look()
         if changed:
             if only is not None:
-                keep = np.flatnonzero(differ)[only:]
-                wanted[keep] = held[keep]
-            kernels.hold_relations(wanted)
-        if changed and self.accumulation.end_rests(kernels):
-            kernels.evaluate_relations()
-        before = kernels.held[:n].copy()
+                states = kernels.states
+                keep = np.flatnonzero(states.wanted != states.held)[only:]
+                states.wanted[keep] = states.held[keep]
+            kernels.follow()
+            if self.accumulation.end_rests(kernels):
+                kernels.look()
+        discrete = kernels.held[:n]
+        before = discrete.tobytes()
         kernels.assign(initial=initial)
-        return changed or not np.array_equal(before, kernels.held[:n])
+        return changed or before != discrete.tobytes()
 
     def _reinit(self, continuous: Continuous, time: float) -> bool:
         """Let reinits act, once for each value; return whether any did."""
@@ -274,7 +263,7 @@ class EventIteration:
         for _ in range(SINGLE_TURNS):
             try:
                 self._solve(continuous, time)
-                if not self._turn(time, initial, 1):
+                if not self._turn(initial, 1):
                     return
             except AcausalError as error:
                 cause = error
@@ -317,7 +306,7 @@ class EventIteration:
                     except AcausalError as error:
                         cause = error
                         continue
-                    if not self._turn(time, initial, None):
+                    if not self._turn(initial, None):
                         return
             kernels.held[:] = start
         places = kernels.states.relations.place[moving]

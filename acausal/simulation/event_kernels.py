@@ -15,8 +15,17 @@ from numpy.typing import NDArray
 from acausal.assembly.problem import KernelCall, RootProblem
 from acausal.codegen.kernels import Kernel, compile_kernels
 from acausal.codegen.sequence import NativeSequence
+from acausal.expressions.nodes import slot
 from acausal.flattening.model import EquationFamily, Hybrid, Ids, Operand
-from acausal.simulation.relations import Relations, RelationStates
+from acausal.simulation import relation_rules
+from acausal.simulation.relation_rules import (
+    OPERANDS,
+    Rule,
+    rules_of_next_times,
+    rules_of_roots,
+    rules_of_wanted,
+)
+from acausal.simulation.relations import Relations, RelationStates, room_for
 
 Array = NDArray[np.float64]
 Call = tuple[Kernel, NDArray[np.int32], NDArray[np.int32]]
@@ -43,7 +52,8 @@ class EventKernels:
         Args:
             hybrid: What happens at events.
             relations: Its relations.
-            w: Work vector.
+            w: Work vector; its last :func:`~acausal.simulation.relations.room_for` numbers are
+                for the relations.
             position: Position of each variable in it, shape ``(N,)``.
             parameters: Position of the first parameter.
         """
@@ -53,8 +63,7 @@ class EventKernels:
         self._parameters = parameters
         self.first = parameters + hybrid.first
         self.held: Array = w[self.first : self.first + len(hybrid.start)]
-        self.states = RelationStates(relations)
-        self._relations = self._sequence(relations.families, None, self.states.g)
+        self.states = RelationStates(relations, w, len(w) - room_for(relations))
         self._assignments = self._sequence(hybrid.assignments, self.first, w)
         self._initial = (
             self._assignments
@@ -72,7 +81,7 @@ class EventKernels:
         self.terminates: Array = np.zeros(total)
         families = [t.family for t in hybrid.terminations]
         self._terminates = self._sequence(families, None, self.terminates)
-        self._slopes = self._slope_sequence(relations)
+        self._build_relations(relations)
 
     def _index(self, family: EquationFamily) -> NDArray[np.int32]:
         index = np.empty(family.operands.shape, np.int32)
@@ -98,22 +107,63 @@ class EventKernels:
     ) -> NativeSequence:
         return NativeSequence(self._calls(list(families), first), self.w, out)
 
-    def _slope_sequence(self, relations: Relations) -> NativeSequence | None:
-        parts: list[EquationFamily] = []
-        targets: list[NDArray[np.int32]] = []
+    def _build_relations(self, relations: Relations) -> None:
+        """Make the sequences that evaluate relations and apply the rules to them."""
+        states, w = self.states, self.w
+        places, place = states.places, relations.place
+        n = relations.count
+        every = np.arange(n)
+        differences = [
+            (kernel, index, target + np.int32(places.of("g")))
+            for kernel, index, target in self._calls(relations.families, None)
+        ]
+        slopes: list[Call] = []
         first = 0
         for family, slope in zip(relations.families, relations.slopes, strict=True):
             if slope is not None:
-                parts.append(EquationFamily(slope, family.kinds, family.operands, family.rows))
-                targets.append((first + np.arange(family.count)).astype(np.int32))
+                part = EquationFamily(slope, family.kinds, family.operands, family.rows)
+                (kernel, index, target) = self._calls([part], None)[0]
+                slopes.append((kernel, index, target + np.int32(places.of("slope") + first)))
             first += family.count
-        if not parts:
-            return None
-        calls = [
-            (kernel, index, target)
-            for (kernel, index, _), target in zip(self._calls(parts, None), targets, strict=True)
-        ]
-        return NativeSequence(calls, self.w, self.states.slope)
+        largest = self._rules([Rule(relation_rules.largest(), every)], "largest")
+        copy = compile_kernels([(slot(0), ())])[0]
+        held = (self.first + place).astype(np.int32)
+        own = (places.of("held") + every).astype(np.int32)
+        new = (places.of("wanted") + every).astype(np.int32)
+        left = (places.of("left") + every).astype(np.int32)
+        gather = [(copy, np.ascontiguousarray(held[None, :]), own)] if n else []
+        scatter = [(copy, np.ascontiguousarray(new[None, :]), held)] if n else []
+        now = np.arange(places.of("g"), places.of("g") + n, dtype=np.int32)
+        leave = [(copy, np.ascontiguousarray(now[None, :]), left)] if n else []
+        look = [*differences, *slopes, *largest, *gather]
+        wanted = self._rules(rules_of_wanted(relations, exact=False), "wanted")
+        exact = self._rules(rules_of_wanted(relations, exact=True), "wanted")
+        times = self._rules(rules_of_next_times(relations), "next")
+        roots = rules_of_roots(relations)
+        shifts = self._rules([s for s, _ in roots], "shift", relations.root_relation)
+        directions = self._rules([d for _, d in roots], "direction", relations.root_relation)
+        self._leave = NativeSequence([*differences, *leave], w, w)
+        self._update = NativeSequence([*look, *wanted], w, w)
+        self._update_exactly = NativeSequence([*look, *exact], w, w)
+        self._hold_wanted = NativeSequence(scatter, w, w)
+        self._prepare = NativeSequence([*look, *times, *shifts, *directions], w, w)
+        states.next[:] = np.inf
+
+    def _rules(self, rules: Sequence[Rule], name: str, relation: Ids | None = None) -> list[Call]:
+        """Return kernel calls that apply rules and store what they give."""
+        places = self.states.places
+        first = {
+            "shift": places.shift, "direction": places.shift + places.r,
+        }.get(name) if name in ("shift", "direction") else places.of(name)  # fmt: skip
+        assert first is not None
+        kernels = compile_kernels([(rule.template, ()) for rule in rules])
+        calls: list[Call] = []
+        for rule, kernel in zip(rules, kernels, strict=True):
+            members = rule.members if relation is None else relation[rule.members]
+            index = np.stack([places.of(operand) + members for operand in OPERANDS])
+            target = (first + rule.members).astype(np.int32)
+            calls.append((kernel, np.ascontiguousarray(index[: kernel.m], np.int32), target))
+        return calls
 
     def root_problem(self) -> RootProblem | None:
         """Return the root functions of the relations that the solver has to watch."""
@@ -137,11 +187,27 @@ class EventKernels:
 
     # --- evaluation ------------------------------------------------------------------------
 
-    def evaluate_relations(self) -> None:
-        """Evaluate the differences ``g`` and the coefficients of time."""
-        self._relations.run()
-        if self._slopes is not None:
-            self._slopes.run()
+    def leave(self) -> None:
+        """Remember the differences of the relations as those before the event."""
+        self._leave.run()
+
+    def look(self, *, exact: bool = False) -> bool:
+        """Evaluate the relations; return whether any should be held at another value.
+
+        Args:
+            exact: Without hysteresis, for the first instant.
+        """
+        (self._update_exactly if exact else self._update).run()
+        states = self.states
+        return states.wanted.tobytes() != states.held.tobytes()
+
+    def follow(self) -> None:
+        """Hold the relations at what they should be held at."""
+        self._hold_wanted.run()
+
+    def prepare(self) -> None:
+        """Evaluate the relations, their next times, and what the solver has to watch."""
+        self._prepare.run()
 
     def relation_values(self) -> Array:
         """Return what the relations are held at, a copy, shape ``(n,)``."""

@@ -6,9 +6,9 @@ read the held value, so they are smooth; the solver looks for the moment at whic
 
 What was computed is known to round-off only, so a relation whose ``g`` is next to zero stays as
 it is: it changes where ``g`` is on the other side by more than :data:`SHARE` of the largest
-``g`` it has seen, or where ``g`` jumps to zero exactly. A root that the solver has found is believed. Where ``g`` stands next to zero
-when integration goes on, the root function is shifted by the same small amount, so that it has
-a sign to begin with; elsewhere it is exact.
+``g`` it has seen, or where ``g`` jumps to zero exactly. A root that the solver has found is
+believed. Where ``g`` stands next to zero when integration goes on, the root function is shifted
+by the same small amount, so that it has a sign to begin with; elsewhere it is exact.
 
 Relations that are linear in time, with everything else held, are not left to the solver: the
 moment at which they change is the solution of ``a t + b = 0``.
@@ -119,94 +119,77 @@ def depends_on_time(family: EquationFamily) -> bool:
     return depends_on(family.template, TIME)
 
 
+@dataclass(frozen=True)
+class Places:
+    """Where numbers about relations stand, in a part of the work vector of their own.
+
+    Attributes:
+        first: Position of the first one.
+        n, r: Numbers of relations and of root functions.
+    """
+
+    first: int
+    n: int
+    r: int
+
+    #: For each relation: difference, coefficient of time, largest difference so far, difference
+    #: before the event, held value, wanted value, next time.
+    NAMES = ("g", "slope", "largest", "left", "held", "wanted", "next")
+
+    def of(self, name: str) -> int:
+        """Return the position of the first number of a sort."""
+        return self.first + self.NAMES.index(name) * self.n
+
+    @property
+    def shift(self) -> int:
+        """Position of the first shift of a root function; the directions follow."""
+        return self.first + len(self.NAMES) * self.n
+
+    @property
+    def size(self) -> int:
+        """Number of positions."""
+        return len(self.NAMES) * self.n + 2 * self.r
+
+
+def room_for(relations: Relations) -> int:
+    """Return how many numbers relations need in a work vector."""
+    return Places(0, relations.count, len(relations.root_relation)).size
+
+
 class RelationStates:
-    """How relations stand, and how they follow the values.
+    """How relations stand; views of a work vector, changed by its kernels.
 
     Attributes:
         relations: What they are.
+        places: Where the numbers are.
         g: Their differences as last evaluated, shape ``(n,)``.
         slope: Coefficients of time of the scheduled ones, zero elsewhere, shape ``(n,)``.
         largest: Largest ``|g|`` so far, shape ``(n,)``.
         left: Differences before the present event, shape ``(n,)``.
+        held: What they were held at when last looked at, shape ``(n,)``.
+        wanted: What they should be held at, shape ``(n,)``.
+        next: When each scheduled relation changes next, ``inf`` if never, shape ``(n,)``.
+        shift: Shift of each root function, shape ``(r,)``.
+        direction: 1 to look for rising roots, -1 for falling ones, shape ``(r,)``.
         any_scheduled: Some relations are linear in time.
     """
 
-    def __init__(self, relations: Relations) -> None:
+    def __init__(self, relations: Relations, w: Array, first: int) -> None:
         self.relations = relations
-        n = relations.count
-        self.g: Array = np.zeros(n)
-        self.slope: Array = np.zeros(n)
-        self.largest: Array = np.zeros(n)
-        self.left: Array = np.zeros(n)
-        self._floors = np.flatnonzero(relations.kind == FLOOR)
-        self._inclusive = relations.kind == GREATER_EQUAL
+        n, r = relations.count, len(relations.root_relation)
+        self.places = places = Places(first, n, r)
+        self.g, self.slope, self.largest, self.left, self.held, self.wanted, self.next = (
+            w[places.of(name) : places.of(name) + n] for name in Places.NAMES
+        )
+        self.shift: Array = w[places.shift : places.shift + r]
+        self.direction: Array = w[places.shift + r : places.shift + 2 * r]
         self.any_scheduled = bool(relations.scheduled.any())
-        self._any_inclusive = bool(self._inclusive.any())
 
     def take(self, other: RelationStates) -> None:
         """Go on from how the relations stood in another layout."""
         self.g[:] = other.g
         self.slope[:] = other.slope
         self.largest[:] = other.largest
-
-    def wanted(self, held: Array, time: float, *, exact: bool = False) -> Array:
-        """Return what the relations should be held at, shape ``(n,)``.
-
-        Args:
-            held: What they are held at.
-            time: Seconds.
-            exact: Without hysteresis, for the first instant.
-        """
-        g, largest = self.g, self.largest
-        np.maximum(largest, np.abs(g), out=largest)
-        margin = np.zeros_like(g) if exact else SHARE * largest
-        level = np.where(held > 0.0, -margin, margin)
-        new = g > level
-        if self._any_inclusive:
-            new |= self._inclusive & (g == level)
-        if not exact:
-            jumped = (g == 0.0) & (np.abs(self.left) > JUMP * largest)
-            if jumped.any():
-                new = np.where(jumped, self._inclusive, new)
-        result: Array = new.astype(np.float64)
-        if len(self._floors):
-            f = self._floors
-            below, above = g[f] - held[f] + margin[f], g[f] - held[f] - 1.0 - margin[f]
-            result[f] = np.where((below >= 0.0) & (above < 0.0), held[f], np.floor(g[f]))
-            if exact:
-                result[f] = np.floor(g[f])
-        if self.any_scheduled:
-            self._at_their_time(result, time)
-        return result
-
-    def _at_their_time(self, result: Array, time: float) -> None:
-        """Relations linear in time have changed when their time has come, whatever round-off."""
-        s = np.flatnonzero(self.relations.scheduled)
-        g, slope = self.g[s], self.slope[s]
-        tolerance = np.abs(slope) * SAME_TIME * max(abs(time), 1e-3)
-        floors = self.relations.kind[s] == FLOOR
-        nearest = np.where(floors, np.round(g), 0.0)
-        here = (np.abs(g - nearest) <= tolerance) & (slope != 0.0)
-        rising = slope > 0.0
-        value = np.where(floors, np.where(rising, nearest, nearest - 1.0), rising)
-        exact = np.where(floors, np.floor(g), np.where(self._inclusive[s], g >= 0.0, g > 0.0))
-        result[s] = np.where(here, value, exact)
-
-    def next_times(self, held: Array, time: float) -> Array:
-        """Return when each scheduled relation changes next, ``inf`` if never, shape ``(n,)``."""
-        result = np.full(len(self.g), np.inf)
-        s = np.flatnonzero(self.relations.scheduled)
-        if not len(s):
-            return result
-        g, slope = self.g[s], self.slope[s]
-        floors = self.relations.kind[s] == FLOOR
-        level = np.where(floors, held[s] + (slope > 0.0), 0.0)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            wait = (level - g) / slope
-        coming = np.where(floors, slope != 0.0, np.where(held[s] > 0.0, slope < 0.0, slope > 0.0))
-        coming &= wait > SAME_TIME * max(abs(time), 1e-3)
-        result[s] = np.where(coming, time + wait, np.inf)
-        return result
 
     def after_roots(self, held: Array, roots: NDArray[np.int32]) -> Array:
         """Return what the relations are held at after the solver has found roots.
@@ -224,17 +207,3 @@ class RelationStates:
             else:
                 new[k] = 1.0 if rising else 0.0
         return new
-
-    def watch(self, held: Array) -> tuple[NDArray[np.int32], Array]:
-        """Return direction and shift of each root function for what is held, shape ``(r,)``."""
-        np.maximum(self.largest, np.abs(self.g), out=self.largest)
-        k = self.relations.root_relation
-        g, value = self.g[k], held[k]
-        floors = self.relations.kind[k] == FLOOR
-        upper = self.relations.root_side == 1
-        up = np.where(floors, upper, value <= 0.0)
-        level = np.where(floors, value + upper, 0.0)
-        inside = np.where(up, level - g, g - level)  # how far it is from changing
-        margin = np.maximum(SHARE * self.largest[k], LEAST)
-        room = np.where(inside < 0.5 * margin, margin, 0.0)
-        return np.where(up, 1, -1).astype(np.int32), -level + np.where(up, -room, room)

@@ -21,7 +21,7 @@ from acausal.results.result import Ending, Event
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.labels import SystemLabels
 from acausal.simulation.output import Recorder
-from acausal.simulation.relations import Relations
+from acausal.simulation.relations import Relations, room_for
 from acausal.simulation.request import Request
 from acausal.simulation.states import StateSelector
 from acausal.simulation.system import System
@@ -120,6 +120,8 @@ class Run:
         )  # fmt: skip
         events = None
         if system.hybrid is not None and self.relations is not None:
+            more = np.zeros(room_for(self.relations))
+            problem = replace(problem, w=np.concatenate([problem.w, more]))
             events = EventKernels(
                 system.hybrid, self.relations, problem.w, layout.position, layout.parameters
             )

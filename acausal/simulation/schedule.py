@@ -39,10 +39,8 @@ class Schedule:
         self._next_sample = float(self._times.min(initial=np.inf))
         return self._places[now]
 
-    def next_time(self, kernels: EventKernels, time: float) -> float:
-        """Return the next time, ``inf`` if there is none; relations have just been evaluated."""
-        states = kernels.states
-        if not states.any_scheduled:
+    def next_time(self, kernels: EventKernels) -> float:
+        """Return the next time, ``inf`` if there is none; relations have just been prepared."""
+        if not kernels.states.any_scheduled:
             return self._next_sample
-        times = states.next_times(kernels.relation_values(), time)
-        return min(self._next_sample, float(times.min()))
+        return min(self._next_sample, float(kernels.states.next.min()))

@@ -16,7 +16,7 @@ from acausal.simulation.continuous_values import VALUES, StartValues, start_vect
 from acausal.simulation.event_iteration import EndlessError, EventIteration
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.event_messages import endless
-from acausal.simulation.relations import Relations, relations_of
+from acausal.simulation.relations import Relations, relations_of, room_for
 from acausal.simulation.states import StateSelector
 from acausal.simulation.system import System
 
@@ -59,7 +59,7 @@ def start_values(system: System, selector: StateSelector, time: float) -> Begin:
         found = states if better is None else better
         return Begin(found, start.values, system.parameters, None, start.warnings)
     relations = relations_of(system.hybrid)
-    w = start_vector(system)
+    w = start_vector(system, room_for(relations), time)
     w[TIME_POSITION] = time
     n = len(system.active)
     kernels = EventKernels(system.hybrid, relations, w, VALUES + np.arange(n), VALUES + n)
@@ -68,7 +68,7 @@ def start_values(system: System, selector: StateSelector, time: float) -> Begin:
         EventIteration(kernels, Accumulation(system.hybrid)).first(values, time)
     except EndlessError as reason:
         raise endless(system, kernels, reason, values.values, time) from None
-    parameters = w[VALUES + n :].copy()
+    parameters = values.parameters.copy()
     selector.hold(parameters)
     better = selector.better(values.values, time)
     found = states if better is None else better
