@@ -49,7 +49,7 @@ def show_hybrid(hybrid: Hybrid, names: Names) -> list[str]:
                      for f in hybrid.delays]),
         ("reinit", [_value(f, hybrid.reinits.states[f.rows], Operand.VARIABLE)
                     for f in hybrid.reinits.values]),
-        ("where this becomes true",
+        ("where this is true",
          [_value(f, hybrid.reinits.states[f.rows], Operand.VARIABLE)
           for f in hybrid.reinits.fires]),
     ]  # fmt: skip
@@ -83,9 +83,15 @@ def _held(family: EquationFamily, targets: Ids) -> EquationFamily:
 
 
 def _value(family: EquationFamily, targets: Ids, kind: Operand) -> EquationFamily:
-    """Return ``target = value`` as a family of equations."""
+    """Return ``target = value`` as a family of equations.
+
+    The body of a when is under ``noEvent`` as a whole, which nobody wrote.
+    """
+    value = family.template
+    if value.op == "noevent":
+        value = value.args[0]
     return EquationFamily(
-        build.sub(slot(len(family.kinds)), family.template),
+        build.sub(slot(len(family.kinds)), value),
         (*family.kinds, kind),
         np.concatenate([family.operands, targets[None, :]]),
         family.rows,

@@ -106,6 +106,27 @@ def test_a_when_fires_once_and_keeps_its_value():
     assert seen == [(3, 7), (4, 0.6), (4, 0.6), (4, 0.6), (3, 0.6), (3, 0.6)]
 
 
+def test_a_when_in_a_loop_has_a_condition_for_each_pass_and_instance():
+    state = State(lowered("""
+    model A
+      parameter Real t0 = 0; Integer n[2, 3]; Real x(start = 0, fixed = true);
+    equation
+      der(x) = 1;
+      for i in 1:2 loop
+        when x > t0 + i then
+          for j in 1:3 loop n[i, j] = 10*i + j; end for;
+        end when;
+      end for;
+    end A;
+    model M A a[2](t0 = {0, 5}); end M;
+    """))
+    assert len(state.hybrid.conditions) == 4
+    state["a[1].x"], state["a[2].x"] = 2.5, 6.5
+    state.settle()
+    values = [[state[f"a[{k}].n[{i},{j}]"] for i in (1, 2) for j in (1, 2, 3)] for k in (1, 2)]
+    assert values == [[11, 12, 13, 21, 22, 23], [11, 12, 13, 0, 0, 0]]
+
+
 def test_the_value_before_of_a_continuous_variable_is_a_limit():
     state = State(
         lowered("""

@@ -72,6 +72,16 @@ def test_the_junctions_of_the_network():
     assert section(text, "1 island") == ["6 components: u, r1, r2, l, c, ground"]
 
 
+def test_what_makes_the_ball_bounce():
+    text = inspect(stages("bouncing_ball"), "flatten")
+    assert "relation[1] = " in section(text, "relations, held between events")[0]
+    said = section(text, "discrete equations, in order of evaluation")
+    assert said[0].startswith("condition[1] = ")
+    assert "pre(v)" in section(text, "reinit")[0]
+    assert "1 when condition" in str(summary(stages("bouncing_ball")))
+    assert "events" not in inspect(stages("simple_network"), "flatten")
+
+
 def test_the_components_of_the_network():
     text = inspect(stages("simple_network"), "instantiate")
     assert 'r1: electrical.Resistor  "from node 1 to node 2"' in text
