@@ -107,7 +107,8 @@ def test_a_when_fires_once_and_keeps_its_value():
 
 
 def test_a_when_in_a_loop_has_a_condition_for_each_pass_and_instance():
-    state = State(lowered("""
+    state = State(
+        lowered("""
     model A
       parameter Real t0 = 0; Integer n[2, 3]; Real x(start = 0, fixed = true);
     equation
@@ -119,7 +120,8 @@ def test_a_when_in_a_loop_has_a_condition_for_each_pass_and_instance():
       end for;
     end A;
     model M A a[2](t0 = {0, 5}); end M;
-    """))
+    """)
+    )
     assert len(state.hybrid.conditions) == 4
     state["a[1].x"], state["a[2].x"] = 2.5, 6.5
     state.settle()
