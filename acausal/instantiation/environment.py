@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NoReturn
+
+import numpy as np
 
 from acausal.diagnostics import fail
 from acausal.diagnostics.suggest import nearest
@@ -16,7 +19,7 @@ from acausal.instantiation.merge import merge, primitive_type
 from acausal.instantiation.references import component_shape, declaration_of
 from acausal.instantiation.subscripts import subscripted
 from acausal.instantiation.template import Domain, Ref, Signal, SignalDecl
-from acausal.instantiation.values import LITERAL, NeedsUnroll, Value, number, scalar
+from acausal.instantiation.values import LITERAL, NeedsUnroll, Value, number, scalar, table
 from acausal.instantiation.vectorised_calls import call_function
 from acausal.modeling.classes import BUILTIN_TYPES, Builtin, ClassDef, Constant, find_name
 from acausal.syntax import tree
@@ -138,7 +141,7 @@ class ClassEnvironment:
         return component_shape(self.builder, reference, self)
 
     def constant(self, reference: tree.Reference) -> Value:
-        """Return a constant found by class lookup.
+        """Return a constant found by class lookup; of an enumeration type, all its values.
 
         Raises:
             AcausalError: ``N102`` if there is no such name.
@@ -155,6 +158,10 @@ class ClassEnvironment:
                 kind = primitive_type(outer)
                 if kind is not None and kind.enumeration is not None:
                     return enumeration_literal(kind.enumeration, names[-1], reference)
+        kind = primitive_type(found) if isinstance(found, ClassDef) else None
+        if kind is not None and kind.enumeration is not None:
+            literals = np.arange(1.0, len(kind.enumeration.tree.enumeration or ()) + 1.0)
+            return replace(table(literals, "enumeration"), enumeration=kind.enumeration)
         if found is not None:
             fail("N110", f"{reference} is a class, not a value", reference.span,
                  help="name a component, parameter or constant")  # fmt: skip

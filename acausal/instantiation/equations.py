@@ -223,7 +223,7 @@ def _for(
     if not len(numbers):
         return
     name = f"{loops[0].name}#{len(domain.names)}"
-    index = scalar(slot(LoopIndex(name)), values.type, LITERAL)
+    index = scalar(slot(LoopIndex(name)), values.type, LITERAL, values.enumeration)
     attempt = sink.below()
     assert env.builder is not None
     declared = len(env.builder.template.signals)
@@ -239,7 +239,7 @@ def _for(
         attempt = sink.below()
         env.builder.forget_signals(declared)
         for number_ in numbers:
-            value = scalar(const(float(number_)), values.type, LITERAL)
+            value = scalar(const(float(number_)), values.type, LITERAL, values.enumeration)
             _for(loops[1:], body, domain, env.with_locals({loops[0].name: value}), attempt)
     sink.take(attempt)
 

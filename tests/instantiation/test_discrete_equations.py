@@ -188,3 +188,12 @@ def test_cuts_of_different_types_are_not_connected():
         )
         == "C101"
     )
+
+
+def test_loops_over_an_enumeration():
+    own = template(
+        GEARS + "model M Gear g = Gear.low; Boolean on[Gear]; equation "
+        "for e in Gear loop on[e] = g == e; end for; end M;",
+        "M",
+    )
+    assert assignments(own)[1:] == ["on[1] := g == 1", "on[2] := g == 2", "on[3] := g == 3"]
