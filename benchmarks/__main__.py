@@ -7,17 +7,19 @@ import json
 import os
 import platform
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from benchmarks import chain, compile_time, small_models, solve_time
+from benchmarks import chain, compile_time, events, small_models, solve_time
 from benchmarks.table import Table
 
-BENCHMARKS = {
+BENCHMARKS: dict[str, Callable[[bool, Callable[[str], None]], Table | list[Table]]] = {
     "solve": solve_time.measure,
     "compile": compile_time.measure,
     "small": small_models.measure,
     "chain": chain.measure,
+    "events": events.measure,
 }
 
 
@@ -56,11 +58,12 @@ def main(arguments: list[str] | None = None) -> int:
 
     tables: list[Table] = []
     for name in options.only or BENCHMARKS:
-        table = BENCHMARKS[name](options.quick, say)
+        made = BENCHMARKS[name](options.quick, say)
         if sys.stderr.isatty():
             print("\r\033[K", end="", file=sys.stderr)
-        print("\n".join(table.lines()) + "\n", flush=True)
-        tables.append(table)
+        for table in made if isinstance(made, list) else [made]:
+            print("\n".join(table.lines()) + "\n", flush=True)
+            tables.append(table)
     misses = [line for table in tables for line in table.misses()]
     print("\n".join(("Missed:", *misses)) if misses else "Every bar is reached.")
     if options.json is not None:

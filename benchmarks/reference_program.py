@@ -13,6 +13,8 @@ from benchmarks.processes import FailedError
 
 SOURCES = Path(__file__).resolve().parent / "reference"
 PARTS = ("core", "nvecserial", "sunmatrixsparse", "sunlinsolklu")
+SMOOTH = ("main.c", "ladder.c", "rectifier.c", "pendulum.c")
+EVENTS = ("events_main.c", "events_mechanics.c", "events_circuits.c", "events_array.c")
 
 
 @dataclass(frozen=True)
@@ -42,7 +44,30 @@ class ReferenceProgram:
         Raises:
             FailedError: If IDA gives up.
         """
-        arguments = (problem, size, repeats, points, *tolerance, int(suppress), end_file or "-")
+        return self._best(
+            problem, size, repeats, points, *tolerance, int(suppress), end_file or "-"
+        )
+
+    def solve_events(
+        self,
+        problem: str,
+        repeats: int,
+        stop: float,
+        tolerance: tuple[float, float],
+        size: int = 0,
+        relations: bool = True,
+        end_file: Path | None = None,
+    ) -> dict[str, Any]:
+        """Run a problem of the program with events some times; return the figures of the fastest.
+
+        Raises:
+            FailedError: If IDA gives up.
+        """
+        return self._best(
+            problem, size, int(relations), repeats, *tolerance, repr(stop), end_file or "-"
+        )
+
+    def _best(self, *arguments: Any) -> dict[str, Any]:
         done = subprocess.run(
             [str(self.path), *map(str, arguments)], capture_output=True, text=True, check=False
         )
@@ -53,11 +78,12 @@ class ReferenceProgram:
         return best
 
 
-def build(folder: Path) -> ReferenceProgram:
-    """Compile the program.
+def build(folder: Path, sources: tuple[str, ...] = SMOOTH) -> ReferenceProgram:
+    """Compile a program.
 
     Args:
         folder: Where the executable goes.
+        sources: Its files.
 
     Raises:
         FailedError: There is no compiler, no SUNDIALS 7 with KLU, or the compiler refuses.
@@ -76,10 +102,10 @@ def build(folder: Path) -> ReferenceProgram:
         )
     files = location.files
     libraries = [files[p] for p in (location.integrator, *PARTS) if p is not None and p in files]
-    program = folder / "reference"
+    program = folder / sources[0].removesuffix(".c")
     command = [
         compiler, "-O2", f"-DINDEX_BITS={8 * binding.index_bytes}", "-o", str(program),
-        *(str(SOURCES / name) for name in ("main.c", "ladder.c", "rectifier.c", "pendulum.c")),
+        *(str(SOURCES / name) for name in sources),
         *map(str, libraries), f"-Wl,-rpath,{location.folder}", "-lm",
     ]  # fmt: skip
     done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -57,6 +57,7 @@ class Session:
                 "cpu": time.process_time() - cpu,
                 "end": float(self.result.times[-1]),
                 "ending": self.result.ending.value,
+                "events": len(self.result.events),
                 "peak": peak(),
             }
             if not best or answer["solve_cpu_time"] < best["solve_cpu_time"]:
