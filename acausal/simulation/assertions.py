@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
+from collections.abc import Hashable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,17 +78,31 @@ def _violation(system: System, assertion: Assertion, segment: Segment) -> Diagno
         return None
     when = int(broken.any(axis=1).argmax())
     member = int(broken[when].argmax())
-    origin = next(o for o in family.origins if o.first <= member < o.first + o.count)
-    path = system.names.instance_path(origin.group, int(origin.instances[member - origin.first]))
     shown = [
         f"{system.names.variable(int(family.operands[k, member]))} = {v[when, member]:.6g}"
         for k, v in values.items()
         if family.kinds[k] == Operand.VARIABLE
     ]
+    return violation_at(system, assertion, member, float(segment.times[when]), shown)
+
+
+def violation_at(
+    system: System, assertion: Assertion, member: int, time: float, shown: Sequence[str] = ()
+) -> Diagnostic:
+    """Return the diagnostic of an assertion that does not hold.
+
+    Args:
+        system: The model.
+        assertion: What should hold.
+        member: For which member of its family.
+        time: When, seconds.
+        shown: Values of the variables involved, as texts.
+    """
+    origin = next(o for o in assertion.family.origins if o.first <= member < o.first + o.count)
+    path = system.names.instance_path(origin.group, int(origin.instances[member - origin.first]))
     return Diagnostic(
         "R021" if assertion.warning else "R020",
-        f"{assertion.message} (at t = {segment.times[when]:.6g} s"
-        + (f" in {path})" if path else ")"),
+        f"{assertion.message} (at t = {time:.6g} s" + (f" in {path})" if path else ")"),
         origin.span,
         f"{origin.text} does not hold",
         notes=(", ".join(shown[:6]),) if shown else (),

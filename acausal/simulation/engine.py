@@ -65,12 +65,17 @@ def simulate(system: System, request: Request) -> Result:
     if any(d.severity is Severity.ERROR for d in remarks):
         run.totals()
         raise AcausalError(remarks)
+    wall, processor = clock.perf_counter(), clock.process_time()
     _go(run, handler, times, stop)
+    run.solve_time = clock.perf_counter() - wall
+    run.solve_cpu_time = clock.process_time() - processor
     recorder.flush()
     statistics = run.totals()
     statistics["start_time"] = start_time
     failure = run.failure.diagnostics if run.failure is not None else ()
     remarks += violations(system, trajectories.segments, warned)
+    if handler is not None:
+        remarks += handler.remarks
     if any(d.severity is Severity.ERROR for d in remarks) and run.ending is Ending.COMPLETE:
         run.ending = Ending.FAILED
     return Result(

@@ -7,10 +7,11 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.diagnostics import AcausalError
+from acausal.diagnostics import AcausalError, Diagnostic
 from acausal.flattening.model import Ids
 from acausal.results.result import Ending, Event
 from acausal.simulation.accumulation import Accumulation
+from acausal.simulation.assertions import violation_at
 from acausal.simulation.continuous_values import RunValues
 from acausal.simulation.event_iteration import EndlessError, EventIteration
 from acausal.simulation.event_kernels import EventKernels
@@ -26,6 +27,8 @@ Array = NDArray[np.float64]
 #: So many state events within this share of the run are no motion any more.
 CHATTERING = 200
 CHATTERING_SHARE = 1e-6
+#: Changes of relations whose texts are kept.
+KNOWN_TEXTS = 100
 
 
 class EventHandler:
@@ -33,6 +36,8 @@ class EventHandler:
 
     Attributes:
         next_time: Time of the next event that is known beforehand, ``inf`` if there is none.
+        warned: Numbers of the assertions in whens that were reported.
+        remarks: Their warnings.
     """
 
     def __init__(self, run: Run, start: float) -> None:
@@ -45,9 +50,13 @@ class EventHandler:
         self._schedule = Schedule(hybrid, start)
         self._tools: dict[int, tuple[EventIteration, RunValues]] = {}
         self._texts: EventTexts | None = None
+        self._known_texts: dict[bytes, str] = {}
         self._recent: deque[tuple[float, int]] = deque(maxlen=CHATTERING)
         self._shortest = CHATTERING_SHARE * (run.stop - start)
         self.next_time = np.inf
+        self.warned: set[int] = set()
+        self.remarks: list[Diagnostic] = []
+        self._over = False
         run.on_new_layout = self._new_layout
 
     def _new_layout(self, assembled: Assembled) -> None:
@@ -124,7 +133,7 @@ class EventHandler:
             if self._is_chattering(time, relations != before, kernels, values):
                 return False
         n = self._hybrid.n_discrete
-        discrete = kernels.held[:n].copy()
+        discrete = kernels.held[:n].tobytes()
         try:
             iteration.at(values, time, relations, self._schedule.due(time))
         except EndlessError as reason:
@@ -135,7 +144,10 @@ class EventHandler:
             run.record_here()
             run.fail(error)
             return False
-        if not iteration.solved and np.array_equal(discrete, kernels.held[:n]):
+        if iteration.violated.any():
+            self._violate(kernels, iteration, time)
+        quiet = iteration.terminated < 0 and not self._over
+        if quiet and not iteration.solved and discrete == kernels.held[:n].tobytes():
             # Only a relation has changed, and nothing depends on it now.
             self._go_on(kernels, integrator)
             return True
@@ -149,11 +161,28 @@ class EventHandler:
             _, kernels, _, _, integrator = self._present()
         self._go_on(kernels, integrator)
         run.record_here()
-        ended = kernels.evaluate_terminations()
-        if ended >= 0:
-            self._terminate(ended, time)
+        if iteration.terminated >= 0:
+            self._terminate(iteration.terminated, time)
             return False
-        return True
+        return not self._over
+
+    def _violate(self, kernels: EventKernels, iteration: EventIteration, time: float) -> None:
+        """Report assertions in whens that do not hold; an error ends the run."""
+        run = self._run
+        first = 0
+        for number in kernels.assertions:
+            assertion = run.system.assertions[number]
+            members = np.flatnonzero(iteration.violated[first : first + assertion.family.count])
+            first += assertion.family.count
+            if len(members) and number not in self.warned:
+                self.warned.add(number)
+                found = violation_at(run.system, assertion, int(members[0]), time)
+                if assertion.warning:
+                    self.remarks.append(found)
+                else:
+                    run.fail(AcausalError([found]))
+                    self._over = True
+        iteration.violated[:] = False
 
     def _restart(self, time: float, values: RunValues) -> None:
         run = self._run
@@ -194,16 +223,22 @@ class EventHandler:
 
     def _describe(self, kernels: EventKernels, time: float, before: Array, is_root: bool) -> None:
         """Add to the list of events."""
-        changed = np.flatnonzero(kernels.relation_values() != before)
+        after = kernels.relation_values()
+        key = before.tobytes() + after.tobytes()
+        text = self._known_texts.get(key)
+        if text is None:
+            text = self._text(kernels, np.flatnonzero(after != before), is_root)
+            if len(self._known_texts) < KNOWN_TEXTS:
+                self._known_texts[key] = text
+        self._run.events.append(Event(time, text))
+
+    def _text(self, kernels: EventKernels, changed: Ids, is_root: bool) -> str:
+        if not len(changed):
+            return "state event" if is_root else "time event"
         if self._texts is None:
             self._texts = EventTexts(self._run.system, kernels)
-        if len(changed):
-            text = self._texts.relation(int(changed[0]))[0]
-            if len(changed) > 1:
-                text += f" and {len(changed) - 1} more"
-        else:
-            text = "state event" if is_root else "time event"
-        self._run.events.append(Event(time, text))
+        text = self._texts.relation(int(changed[0]))[0]
+        return text + (f" and {len(changed) - 1} more" if len(changed) > 1 else "")
 
     def _terminate(self, number: int, time: float) -> None:
         run = self._run

@@ -74,6 +74,8 @@ class EventIteration:
         kernels: The discrete equations.
         accumulation: Watches impacts.
         rested: Reinits whose bodies have come to rest during the last settlement.
+        terminated: Number of a termination that has acted, else -1.
+        violated: Members of assertions in whens that did not hold, shape of ``kernels.holds``.
         solved: Continuous values were found anew during the last settlement.
     """
 
@@ -84,9 +86,10 @@ class EventIteration:
         hybrid = kernels.hybrid
         self._n = hybrid.n_discrete
         self._relevant = np.flatnonzero(hybrid.relevant)
-        self._reinit_done: Array | None = None
         self._known = b""  # what equations read of the held values, at the last solution
         self.solved = False
+        self.terminated = -1
+        self.violated: NDArray[np.bool_] = np.zeros(len(kernels.holds), np.bool_)
 
     def _solve(self, continuous: Continuous, time: float) -> None:
         continuous.solve(time)
@@ -171,14 +174,23 @@ class EventIteration:
     def _rounds(self, continuous: Continuous, time: float, *, initial: bool = False) -> None:
         held, n = self.kernels.held, self._n
         for round_ in range(ROUNDS):
-            self._reinit_done = None
             self._settle(continuous, time, initial and round_ == 0)
-            if held[n : 2 * n].tobytes() == held[:n].tobytes():
+            self._note()
+            acted = self._reinit(continuous, time)
+            if not acted and held[n : 2 * n].tobytes() == held[:n].tobytes():
                 return
             before = held[n : 2 * n].copy()
             held[n : 2 * n] = held[:n]
             self.kernels.remember_limits()
         raise EndlessError(np.flatnonzero(before != held[:n]), False)
+
+    def _note(self) -> None:
+        """Take note of what whens say in this round besides setting variables."""
+        number = self.kernels.evaluate_terminations()
+        if number >= 0:
+            self.terminated = number
+        if not self.kernels.evaluate_assertions():
+            self.violated |= self.kernels.holds == 0.0
 
     # --- one round: values before the event frozen -----------------------------------------
 
@@ -187,10 +199,9 @@ class EventIteration:
         seen: set[bytes] = set()
         for _ in range(TURNS):
             changed = self._turn(initial, None)
-            acted = self._reinit(continuous, time)
             now = self.kernels.held[self._relevant].tobytes()
-            if acted or now != self._known:
-                if now in seen and not acted:
+            if now != self._known:
+                if now in seen:
                     break
                 seen.add(now)
                 try:
@@ -224,24 +235,22 @@ class EventIteration:
         return changed or before != discrete.tobytes()
 
     def _reinit(self, continuous: Continuous, time: float) -> bool:
-        """Let reinits act, once for each value; return whether any did."""
+        """Let reinits act, once everything else has settled; return whether any did.
+
+        What fired them has fired: relations that the new values contradict change in the next
+        round, in which the present values are those before it.
+        """
         kernels = self.kernels
         if not kernels.evaluate_reinits():
             return False
         acting = np.flatnonzero(kernels.fires)
         values = kernels.reinit_values
-        done = self._reinit_done
-        if done is not None and np.array_equal(done[acting], values[acting]):
-            return False
         ending = self.accumulation.ending(acting, values, time)
         if len(ending):
             self._come_to_rest(continuous, acting, ending, time)
         else:
             continuous.reinit(acting, values, time)
-        done = np.full(len(values), np.nan) if done is None else done
-        done[acting] = values[acting]
-        self._reinit_done = done
-        self.solved = True
+            self._solve(continuous, time)
         return True
 
     def _come_to_rest(self, continuous: Continuous, acting: Ids, ending: Ids, time: float) -> None:

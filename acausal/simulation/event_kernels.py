@@ -16,7 +16,7 @@ from acausal.assembly.problem import KernelCall, RootProblem
 from acausal.codegen.kernels import Kernel, compile_kernels
 from acausal.codegen.sequence import NativeSequence
 from acausal.expressions.nodes import slot
-from acausal.flattening.model import EquationFamily, Hybrid, Ids, Operand
+from acausal.flattening.model import Assertion, EquationFamily, Hybrid, Ids, Operand
 from acausal.simulation import relation_rules
 from acausal.simulation.relation_rules import (
     OPERANDS,
@@ -42,10 +42,18 @@ class EventKernels:
         fires: Which reinits act, 1 or 0.
         reinit_values: Their new values.
         terminates: Which terminations act, 1 or 0.
+        assertions: Numbers of the assertions that stand in whens.
+        holds: Whether their members hold, 1 or 0, one after the other.
     """
 
     def __init__(
-        self, hybrid: Hybrid, relations: Relations, w: Array, position: Ids, parameters: int
+        self,
+        hybrid: Hybrid,
+        relations: Relations,
+        w: Array,
+        position: Ids,
+        parameters: int,
+        assertions: Sequence[Assertion] = (),
     ) -> None:
         """Build the index arrays.
 
@@ -56,6 +64,7 @@ class EventKernels:
                 for the relations.
             position: Position of each variable in it, shape ``(N,)``.
             parameters: Position of the first parameter.
+            assertions: Conditions of the model; those inside of whens are looked at here.
         """
         self.hybrid = hybrid
         self.w = w
@@ -81,6 +90,10 @@ class EventKernels:
         self.terminates: Array = np.zeros(total)
         families = [t.family for t in hybrid.terminations]
         self._terminates = self._sequence(families, None, self.terminates)
+        self.assertions = assertions_in_whens(hybrid, assertions)
+        inside = [assertions[k].family for k in self.assertions]
+        self.holds: Array = np.ones(sum(f.count for f in inside))
+        self._asserted = self._sequence(inside, None, self.holds)
         self._build_relations(relations)
 
     def _index(self, family: EquationFamily) -> NDArray[np.int32]:
@@ -247,3 +260,25 @@ class EventKernels:
         self._terminates.run()
         acting = np.flatnonzero(self.terminates)
         return int(acting[0]) if len(acting) else -1
+
+    def evaluate_assertions(self) -> bool:
+        """Evaluate the assertions that stand in whens; return whether all hold."""
+        if not len(self.holds):
+            return True
+        self._asserted.run()
+        return bool(self.holds.all())
+
+
+def assertions_in_whens(hybrid: Hybrid, assertions: Sequence[Assertion]) -> list[int]:
+    """Return the numbers of the assertions that read the condition of a when."""
+    if not len(hybrid.conditions):
+        return []
+    conditions = hybrid.first + hybrid.conditions
+    return [
+        number
+        for number, assertion in enumerate(assertions)
+        if any(
+            kind == Operand.PARAMETER and bool(np.isin(ids, conditions).any())
+            for kind, ids in zip(assertion.family.kinds, assertion.family.operands, strict=True)
+        )
+    ]

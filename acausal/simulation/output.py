@@ -65,10 +65,13 @@ class Recorder:
     _which: list[int] = field(default_factory=list)
     _held: list[Array] = field(default_factory=list)
     _size: int = 0
+    _last: bytes | None = None
 
     def hold(self, held: Array) -> None:
         """Take held values for all points from now on."""
-        if not self._held or not np.array_equal(self._held[-1], held):
+        now = held.tobytes()
+        if now != self._last:
+            self._last = now
             self._held.append(held.copy())
 
     def store(self, observer: Observer, times: Array, y: Array, yp: Array) -> None:

@@ -1,8 +1,9 @@
 """The rules of frozen relations as templates: they run as kernels, all relations at once.
 
 Every rule is an expression over numbers about one relation (see
-:class:`acausal.simulation.relations.Places`): slots 0 to 3 are the difference ``g``, its coefficient
-of time, the largest difference so far and the one before the event; slot 4 is what it is held at.
+:class:`acausal.simulation.relations.Places`): slots 0 to 3 are the difference ``g``, its
+coefficient of time, the largest difference so far and the one before the event; slot 4 is what
+it is held at.
 """
 
 from __future__ import annotations

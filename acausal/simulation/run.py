@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import Enum
@@ -98,6 +97,7 @@ class Run:
     kept: dict[bytes, Assembled] = field(default_factory=dict)
     reselections: int = 0
     time: float = 0.0
+    _only_limit: Array = field(default_factory=lambda: np.zeros(1))
 
     def assembled(self, states: Ids) -> Assembled:
         """Return the system for a choice of states; index arrays only, the kernels are there."""
@@ -123,8 +123,9 @@ class Run:
             more = np.zeros(room_for(self.relations))
             problem = replace(problem, w=np.concatenate([problem.w, more]))
             events = EventKernels(
-                system.hybrid, self.relations, problem.w, layout.position, layout.parameters
-            )
+                system.hybrid, self.relations, problem.w, layout.position, layout.parameters,
+                system.assertions,
+            )  # fmt: skip
             problem = replace(problem, roots=events.root_problem())
         return Assembled(states, layout, NativeProblem(problem), observer, events)
 
@@ -211,19 +212,18 @@ class Run:
         Returns:
             Where it ended, and how many of ``times`` are stored.
         """
-        begin, cpu = clock.perf_counter(), clock.process_time()
-        try:
-            if self.selector.has_alternatives:
-                return self._integrate_watching(times, limit)
-            return self._integrate_through(times, limit)
-        finally:
-            self.solve_time += clock.perf_counter() - begin
-            self.solve_cpu_time += clock.process_time() - cpu
+        if self.selector.has_alternatives:
+            return self._integrate_watching(times, limit)
+        return self._integrate_through(times, limit)
 
     def _integrate_through(self, times: Array, limit: float) -> tuple[Reached, int]:
         assert self.integrator is not None and self.current is not None
         n = self.current.layout.n
-        every = times if len(times) and times[-1] >= limit else np.append(times, limit)
+        if not len(times):
+            every = self._only_limit
+            every[0] = limit
+        else:
+            every = times if times[-1] >= limit else np.append(times, limit)
         chunk = self.recorder.chunk(n)
         stored = 0
         for first in range(0, len(every), chunk):

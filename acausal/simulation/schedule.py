@@ -31,7 +31,7 @@ class Schedule:
 
     def due(self, time: float) -> Ids:
         """Return the held positions of the samples whose time it is, and go on to their next."""
-        if self._next_sample > time * (1.0 + SAME_TIME) + SAME_TIME * 1e-3:
+        if self._next_sample > time + SAME_TIME * max(abs(time), 1e-3):
             return _NONE
         now = self._times <= time + SAME_TIME * max(abs(time), 1e-3)
         self._count[now] += 1.0
