@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.diagnostics import AcausalError, Diagnostic
-from acausal.flattening.model import Ids
+from acausal.flattening.model import Ids, Operand
 from acausal.results.result import Ending, Event
 from acausal.simulation.accumulation import Accumulation
 from acausal.simulation.assertions import violation_at
@@ -20,6 +20,7 @@ from acausal.simulation.event_texts import EventTexts
 from acausal.simulation.impacts import Impacts
 from acausal.simulation.run import Assembled, Run
 from acausal.simulation.schedule import Schedule
+from acausal.simulation.system import System
 from acausal.solvers.protocol import Integrator
 
 Array = NDArray[np.float64]
@@ -57,6 +58,7 @@ class EventHandler:
         self.warned: set[int] = set()
         self.remarks: list[Diagnostic] = []
         self._over = False
+        self._shown = shown_places(run.system)
         run.on_new_layout = self._new_layout
 
     def _new_layout(self, assembled: Assembled) -> None:
@@ -134,6 +136,7 @@ class EventHandler:
                 return False
         n = self._hybrid.n_discrete
         discrete = kernels.held[:n].tobytes()
+        shown = kernels.held[self._shown].tobytes()
         try:
             iteration.at(values, time, relations, self._schedule.due(time))
         except EndlessError as reason:
@@ -147,7 +150,12 @@ class EventHandler:
         if iteration.violated.any():
             self._violate(kernels, iteration, time)
         quiet = iteration.terminated < 0 and not self._over
-        if quiet and not iteration.solved and discrete == kernels.held[:n].tobytes():
+        if (
+            quiet
+            and not iteration.solved
+            and discrete == kernels.held[:n].tobytes()
+            and shown == kernels.held[self._shown].tobytes()
+        ):
             # Only a relation has changed, and nothing depends on it now.
             self._go_on(kernels, integrator)
             return True
@@ -265,3 +273,16 @@ class EventHandler:
             run.begin_at(run.time, values.y, values.yp)
             run.recorder.hold(kernels.held)
             run.record_here()
+
+
+def shown_places(system: System) -> Ids:
+    """Return the held positions that variables read which are computed when asked for."""
+    hybrid = system.hybrid
+    assert hybrid is not None
+    parts = [
+        ids[ids >= hybrid.first] - hybrid.first
+        for family in system.definitions
+        for kind, ids in zip(family.kinds, family.operands, strict=True)
+        if kind == Operand.PARAMETER
+    ]
+    return np.unique(np.concatenate([np.zeros(0, np.int64), *parts]))

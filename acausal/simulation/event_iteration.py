@@ -110,6 +110,7 @@ class EventIteration:
         except AcausalError as error:
             # The start values may lie in a mode in which there is no solution.
             self._combined(continuous, time, True, np.zeros(0, np.int64), error)
+        kernels.assign_initial_pre()  # may say: as the continuous values are
         self._as_they_are()
         held[n + hybrid.conditions] = held[hybrid.conditions]
         self._rounds(continuous, time, initial=True)
