@@ -13,7 +13,8 @@ FIELDS: Final = (
     "stop", "n", "nnz", "call_count", "w", "calls", "buffer",
     "residual_evaluations", "jacobian_evaluations", "indptr", "indices",
     "constant_part", "constant_valid", "tail", "tail_bytes", "tail_copy",
-    "differential_entry", "root_count", "root_call_count", "root_calls", "root_shift", "root_evaluations",
+    "differential_entry",
+    "root_count", "root_call_count", "root_calls", "root_shift", "root_evaluations",
 )  # fmt: skip
 
 #: Fields of the record of a kernel call.
@@ -341,5 +342,15 @@ declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)
 """
 
 DRIVER_TEXT: Final = "".join(
-    (_DECLARATIONS, _LOAD_STATE, _RESIDUAL, _ADD_PARTIALS, _FILL, _JACOBIAN, _DENSE, _RESTART, _ROOTS)
+    (
+        _DECLARATIONS,
+        _LOAD_STATE,
+        _RESIDUAL,
+        _ADD_PARTIALS,
+        _FILL,
+        _JACOBIAN,
+        _DENSE,
+        _RESTART,
+        _ROOTS,
+    )
 )

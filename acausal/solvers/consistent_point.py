@@ -236,9 +236,7 @@ class _Sundials(_Linear):
 
     def solve(self, right: Array) -> Array:
         self._data[0] = right
-        flag = self._c.SUNLinSolSolve(
-            self._solver, self._matrix, self._solution, self._right, 0.0
-        )
+        flag = self._c.SUNLinSolSolve(self._solver, self._matrix, self._solution, self._right, 0.0)
         return self._data[1].copy() if flag == 0 else np.full(len(right), np.nan)
 
     def __del__(self) -> None:

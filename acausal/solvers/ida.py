@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-from time import perf_counter
 from ctypes import byref, c_double, c_int, c_int64, c_long, c_void_p
+from time import perf_counter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -200,7 +200,8 @@ class IDAIntegrator:
             self._directions = np.zeros(count, np.int32)
         words[Word.ROOT_COUNT] = count
         words[Word.ROOTS] = system.roots_address
-        for word, row in zip((Word.G_LOW, Word.G_HIGH, Word.G_MIDDLE), self._root_values):
+        places = (Word.G_LOW, Word.G_HIGH, Word.G_MIDDLE)
+        for word, row in zip(places, self._root_values, strict=True):
             words[word] = row.ctypes.data
         words[Word.FOUND] = self.roots_found.ctypes.data
         words[Word.DIRECTIONS] = self._directions.ctypes.data
@@ -328,7 +329,7 @@ class IDAIntegrator:
             if progress is not None:
                 progress(self.t)
             if flag == Code.REACHED or flag == Code.ROOT:
-                return _STATUS[flag], None
+                return _STATUS[Code(flag)], None
 
     def _halt(self) -> None:
         self._frame.words[Word.STOP] = 1

@@ -219,7 +219,8 @@ def _newton() -> Function:
             with f.when(stagnates & (count >= 4) & (norm <= STAGNATION)):
                 f.give(count)
             with f.when(stagnates & (count >= 2)):
-                with f.when(f.call("i32", "newton_roundoff", f["table"]).differs(0)):
+                roundoff = f.call("i32", "newton_roundoff", f["table"]).differs(0)
+                with f.when(roundoff):
                     f.give(count)
         new.set(f.select(norm > KEEP * last.read(), f.operand(1, "i64"), 0))
         last.set(norm)

@@ -129,8 +129,8 @@ def _look() -> Function:
 def _search() -> Function:
     """Look for the first root after ``low`` up to ``high``.
 
-    ``G_LOW`` has the functions at ``low``; ``Y`` and ``YP`` are the point at ``high``. Without a root
-    the result is 0 and ``G_LOW`` has the functions at ``high``. Else it is 1, and present point
+    ``G_LOW`` has the functions at ``low``; ``Y`` and ``YP`` are the point at ``high``. Without
+    a root the result is 0 and ``G_LOW`` has the functions at ``high``. Else it is 1, and present point
     and ``FOUND`` are those of the root. The Illinois method (Dowell and Jarratt 1971) on the
     function with the leftmost secant, safeguarded as in Hiebert and Shampine (1980).
     """
@@ -209,21 +209,21 @@ def _choose_first_step() -> Function:
     distance = limit - t
     step = f.variable("double", frame.real(Word.INITIAL_STEP))
     with f.when(~(step > 0.0)):
-        step.set(frame.real(Word.START_STEP))
-        with f.when(~(step > 0.0)):
-            y, yp = frame.pointer(Word.Y), frame.pointer(Word.YP)
-            states, tolerance = frame.pointer(Word.STATES), frame.pointer(Word.TOLERANCE)
-            relative, n = frame.real(Word.RELATIVE), frame[Word.N]
-            total = f.variable("double", 0.0)
-            with f.loop(n) as k:
-                with f.when(f.load(states, k) > 0.0):
-                    scale = relative * f.abs(f.load(y, k)) + f.load(tolerance, k)
-                    rate = f.load(yp, k) / scale
-                    total.set(total + rate * rate)
-            norm = f.sqrt(total / f.real(n))
-            step.set(distance * FRACTION)
-            with f.when(norm * step > CHANGE):
-                step.set(CHANGE / norm)
+        y, yp = frame.pointer(Word.Y), frame.pointer(Word.YP)
+        states, tolerance = frame.pointer(Word.STATES), frame.pointer(Word.TOLERANCE)
+        relative, n = frame.real(Word.RELATIVE), frame[Word.N]
+        total = f.variable("double", 0.0)
+        with f.loop(n) as k, f.when(f.load(states, k) > 0.0):
+            scale = relative * f.abs(f.load(y, k)) + f.load(tolerance, k)
+            rate = f.load(yp, k) / scale
+            total.set(total + rate * rate)
+        norm = f.sqrt(total / f.real(n))
+        step.set(distance * FRACTION)
+        with f.when(norm * step > CHANGE):
+            step.set(CHANGE / norm)
+        # What was good before only makes it larger: next to a singular point the estimated
+        # error of a first step says nothing, and the steps would become ever smaller.
+        step.set(f.larger(frame.real(Word.START_STEP), step))
         smallest = f.larger(f.abs(t), f.abs(limit)) * (64.0 * _UNIT_ROUNDOFF)
         step.set(f.smaller(f.larger(step, smallest), distance))
     step.set(f.smaller(step, frame.real(Word.MAX_STEP)))

@@ -20,7 +20,10 @@ def ints(*values: int) -> np.ndarray:
 def test_later_calls_see_earlier_results():
     increment, product = compile_kernels([(add(A, const(1.0)), ()), (mul(A, B), ())])
     w = np.array([0.0, 0.0, 4.0, 9.0, 9.0])
-    calls = [(increment, ints(2)[None], ints(3)), (product, np.array([[2], [3]], np.int32), ints(4))]
+    calls = [
+        (increment, ints(2)[None], ints(3)),
+        (product, np.array([[2], [3]], np.int32), ints(4)),
+    ]
     NativeSequence(calls, w, w).run()
     np.testing.assert_array_equal(w, [0.0, 0.0, 4.0, 5.0, 20.0])
 

@@ -46,9 +46,7 @@ def ball(g: float = 9.81) -> DAEProblem:
 
 def clock(count: int = 0) -> DAEProblem:
     """y' = 1 with y = t; roots of y - 0.5 k for k = 1, 2, .. ``count``."""
-    problem = build(
-        np.array([True]), [], [(sub(A, const(1.0)), [np.array([3])], np.array([0]))]
-    )
+    problem = build(np.array([True]), [], [(sub(A, const(1.0)), [np.array([3])], np.array([0]))])
     levels = [(sub(A, const(0.5 * k)), [2]) for k in range(1, count + 1)]
     return with_roots(problem, *levels)
 
