@@ -343,3 +343,53 @@ equation
     far = np.min(np.abs(angle[:, None] - np.array([30, 150, 210, 330])), axis=1) > 0.01
     assert np.array_equal(up[far] > 0.5, ((angle > 30) & (angle < 150))[far])
     assert np.array_equal(down[far] > 0.5, ((angle > 210) & (angle < 330))[far])
+
+
+def test_multivibrator_jumps_where_its_characteristic_ends() -> None:
+    # The output jumps where gain times input falls to the limit: at 15 V (1/2 - 1/15000).
+    result = run(
+        """
+  electrical.IdealizedOpAmpLimited amplifier;
+  electrical.Resistor r1(R = 1[kOhm], i(start = 0)), r2(R = 1[kOhm]), r(R = 1[kOhm]);
+  electrical.Capacitor c(C = 1e-4[F], v(start = 1, fixed = true));
+  electrical.Ground ground;
+equation
+  connect(amplifier.out, r.p, r2.p);
+  connect(r.n, amplifier.in_n, c.p);
+  connect(r2.n, amplifier.in_p, r1.p);
+  connect(ground.p, r1.n, c.n);
+"""
+    )
+    limit = 15 * (0.5 - 1 / 15000)
+    out = values(result, "amplifier.v_out")
+    sign = out[0] / 15
+    times = result.times[np.flatnonzero(np.abs(np.diff(out)) > 20) + 1]
+    first = 0.1 * np.log((15 - sign) / (15 - limit))
+    half_period = 0.1 * np.log((15 + limit) / (15 - limit))
+    assert abs(sign) == pytest.approx(1)
+    assert times == pytest.approx(first + half_period * np.arange(len(times)), abs=1e-6)
+    assert len(times) > 7
+
+
+def test_schmitt_trigger_has_its_hysteresis() -> None:
+    result = run(
+        """
+  electrical.SineVoltage source(V = 12[V], f = 1[Hz]);
+  electrical.IdealizedOpAmpLimited amplifier(Vps = 10[V], Vns = -10[V]);
+  electrical.Resistor r1(R = 1[kOhm]), r2(R = 1[kOhm]);
+  electrical.Ground ground;
+equation
+  connect(source.p, amplifier.in_n);
+  connect(amplifier.out, r2.p);
+  connect(r2.n, amplifier.in_p, r1.p);
+  connect(ground.p, r1.n, source.n);
+""",
+        stop_time=2.0,
+        points=1001,
+    )
+    out, drive = values(result, "amplifier.v_out"), values(result, "source.v")
+    jumps = np.flatnonzero(np.abs(np.diff(out)) > 15)
+    threshold = 10 * (0.5 - 1 / 15000)
+    assert len(jumps) >= 3
+    # from 10 V to -10 V on the way up, back on the way down
+    assert drive[jumps] == pytest.approx(threshold * np.sign(out[jumps]), abs=1e-4)

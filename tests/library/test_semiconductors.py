@@ -68,7 +68,7 @@ def test_diode_with_series_resistance_breaks_through() -> None:
     backward = 1e-13 * (2 * np.exp(-2 / thermal) - 1 - np.exp(-(vd + 4) / thermal))
     current = np.where(vd < -2, backward, forward)
     assert i == pytest.approx(current + 1e-6 * v, rel=1e-5, abs=1e-14)
-    assert v == pytest.approx(vd + 16 * current, abs=1e-9)
+    assert v == pytest.approx(vd + 16 * current, abs=1e-5)
     assert i[0] < -1e-3
     assert i[-1] > 1e-2
 
