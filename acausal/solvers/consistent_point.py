@@ -153,7 +153,9 @@ class _Linear:
 def _linear_solver(system: NativeSystem) -> _Linear:
     if system.problem.n > DENSE_LIMIT:
         with contextlib.suppress(AcausalError):
-            return _Sundials(system)
+            # SuperLU_MT cannot be freed after a matrix that was singular.
+            if binding.bind().sundials.location.sparse == "klu":
+                return _Klu(system)
         return _SciPy(system)
     return _Dense(system)
 
@@ -201,8 +203,8 @@ class _SciPy(_Linear):
         return np.asarray(self._factors.solve(right))
 
 
-class _Sundials(_Linear):
-    """The sparse direct solver of SUNDIALS; the pattern is analysed once."""
+class _Klu(_Linear):
+    """KLU, as SUNDIALS has it; the pattern is analysed once."""
 
     def __init__(self, system: NativeSystem) -> None:
         self._open = False

@@ -130,8 +130,8 @@ def _search() -> Function:
     """Look for the first root after ``low`` up to ``high``.
 
     ``G_LOW`` has the functions at ``low``; ``Y`` and ``YP`` are the point at ``high``. Without
-    a root the result is 0 and ``G_LOW`` has the functions at ``high``. Else it is 1, and present point
-    and ``FOUND`` are those of the root. The Illinois method (Dowell and Jarratt 1971) on the
+    a root the result is 0 and ``G_LOW`` has the functions at ``high``. Else it is 1, and present
+    point and ``FOUND`` are those of the root. The Illinois method (Dowell and Jarratt 1971) on the
     function with the leftmost secant, safeguarded as in Hiebert and Shampine (1980).
     """
     f = Function("search", "i32", internal=True, frame="ptr", low="double", high="double")
