@@ -104,20 +104,19 @@ class EventIteration:
         kernels.assign_initial_pre()
         # The first solution is sought for the relations and discrete values that belong to the
         # start values; what was found may say otherwise.
-        self._as_they_are()
+        self.as_they_are()
         try:
             self._solve(continuous, time)
         except AcausalError as error:
             # The start values may lie in a mode in which there is no solution.
             self._combined(continuous, time, True, np.zeros(0, np.int64), error)
         kernels.assign_initial_pre()  # may say: as the continuous values are
-        self._as_they_are()
+        self.as_they_are()
         held[n + hybrid.conditions] = held[hybrid.conditions]
-        self._rounds(continuous, time, initial=True)
-        held[hybrid.initial_flag] = 0.0
+        self._rounds(continuous, time, once=hybrid.initial_flag, initial=True)
         self._end_of_event()
 
-    def _as_they_are(self) -> None:
+    def as_they_are(self) -> None:
         """Hold everything at what the continuous values say, without hysteresis."""
         kernels = self.kernels
         kernels.remember_limits()
@@ -132,6 +131,7 @@ class EventIteration:
         time: float,
         relations: Array | None,
         samples: Ids,
+        once: int = -1,
     ) -> None:
         """Settle an event.
 
@@ -140,6 +140,7 @@ class EventIteration:
             time: When, seconds.
             relations: What the relations are held at to begin with, if roots were found.
             samples: Held positions of the samples whose time it is.
+            once: Held position of what is true in the first round only, -1 for nothing.
         """
         kernels = self.kernels
         self.solved = False
@@ -153,7 +154,7 @@ class EventIteration:
             kernels.held[samples] = 1.0
         if relations is not None:
             kernels.hold_relations(relations)
-        self._rounds(continuous, time)
+        self._rounds(continuous, time, once=once)
         if len(samples):
             kernels.held[samples] = 0.0
             self._end_of_event()
@@ -163,8 +164,7 @@ class EventIteration:
         kernels = self.kernels
         flag = kernels.hybrid.terminal_flag
         kernels.held[flag] = 1.0
-        self.at(continuous, time, None, np.zeros(0, np.int64))
-        kernels.held[flag] = 0.0
+        self.at(continuous, time, None, np.zeros(0, np.int64), once=flag)
 
     def _end_of_event(self) -> None:
         """Let what is true during an event only become false, without anything firing."""
@@ -172,12 +172,17 @@ class EventIteration:
         self.kernels.assign()
         held[n : 2 * n] = held[:n]
 
-    def _rounds(self, continuous: Continuous, time: float, *, initial: bool = False) -> None:
+    def _rounds(
+        self, continuous: Continuous, time: float, *, once: int = -1, initial: bool = False
+    ) -> None:
         held, n = self.kernels.held, self._n
         for round_ in range(ROUNDS):
             self._settle(continuous, time, initial and round_ == 0)
             self._note()
             acted = self._reinit(continuous, time)
+            if once >= 0:  # initial() or terminal(): what they fire fires once
+                acted |= held[once] != 0.0
+                held[once] = 0.0
             if not acted and held[n : 2 * n].tobytes() == held[:n].tobytes():
                 return
             before = held[n : 2 * n].copy()
