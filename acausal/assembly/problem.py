@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.codegen.delays import DelayTable
 from acausal.codegen.kernels import Kernel
 
 #: Position of the constant 0.0 in the work vector.
@@ -67,6 +68,7 @@ class DAEProblem:
         differential: Which unknowns have a derivative in ``F``, shape ``(n,)``.
         nominal: Magnitudes of the unknowns for tolerances, shape ``(n,)``.
         roots: Functions whose sign changes end an integration, None for none.
+        delays: Entries of ``w`` that are read from histories at every evaluation.
     """
 
     n: int
@@ -77,6 +79,7 @@ class DAEProblem:
     differential: NDArray[np.bool_]
     nominal: NDArray[np.float64]
     roots: RootProblem | None = None
+    delays: DelayTable | None = None
 
     @property
     def nnz(self) -> int:

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.codegen import engine
+from acausal.codegen.delays import DelayTable
 from acausal.codegen.driver_code import DRIVER_TEXT, FIELDS, RECORD
 from acausal.codegen.kernels import Kernel
 from acausal.storage import cache_directory
@@ -67,6 +68,8 @@ class _Problem(Protocol):
     def parameter_position(self) -> int: ...
     @property
     def roots(self) -> _RootProblem | None: ...
+    @property
+    def delays(self) -> DelayTable | None: ...
 
 
 _ProblemT = TypeVar("_ProblemT", bound=_Problem)
@@ -136,6 +139,7 @@ class NativeProblem(Generic[_ProblemT]):
             tail=w.ctypes.data + 8 * start, tail_bytes=8 * self._tail_copy.size,
             tail_copy=self._tail_copy.ctypes.data,
             differential_entry=self._differential_entry.ctypes.data,
+            delays=0 if problem.delays is None else problem.delays.address,
             root_count=self._root_shift.size, root_call_count=len(self._root_calls),
             root_calls=self._root_calls.ctypes.data, root_shift=self._root_shift.ctypes.data,
         )  # fmt: skip

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from typing import Final
 
+from acausal.codegen.delays import delay_function
+from acausal.codegen.writer import module
+
 #: Fields of the table in order: addresses and counts; ``stop`` is an int32 (upper half zero).
 FIELDS: Final = (
     "stop", "n", "nnz", "call_count", "w", "calls", "buffer",
     "residual_evaluations", "jacobian_evaluations", "indptr", "indices",
     "constant_part", "constant_valid", "tail", "tail_bytes", "tail_copy",
-    "differential_entry",
+    "differential_entry", "delays",
     "root_count", "root_call_count", "root_calls", "root_shift", "root_evaluations",
 )  # fmt: skip
 
@@ -45,7 +48,7 @@ def _record(name: str, kind: str = "ptr") -> str:
     )
 
 
-# Copy the arguments of a residual or a Jacobian into the work vector.
+# Copy the arguments into the work vector, and what is delayed.
 _LOAD_STATE: Final = f"""
 define internal void @load_state(double %t, ptr %y, ptr %yp, ptr %table) nounwind {{
 {_field("w", "w", "ptr")}{_field("n", "n")}
@@ -56,6 +59,13 @@ define internal void @load_state(double %t, ptr %y, ptr %yp, ptr %table) nounwin
   %bytes = shl i64 %n, 3
   call void @llvm.memmove.p0.p0.i64(ptr %w.y, ptr %y, i64 %bytes, i1 false)
   call void @llvm.memmove.p0.p0.i64(ptr %w.yp, ptr %yp, i64 %bytes, i1 false)
+{_field("delays", "delays", "ptr")}
+  %delayed = icmp ne ptr %delays, null
+  br i1 %delayed, label %look, label %done
+look:
+  call void @acausal_delays(double %t, ptr %w, ptr %delays)
+  br label %done
+done:
   ret void
 }}
 """
@@ -336,14 +346,12 @@ done:
 
 _DECLARATIONS: Final = """
 declare i32 @memcmp(ptr, ptr, i64)
-declare void @llvm.memcpy.p0.p0.i64(ptr, ptr, i64, i1)
 declare void @llvm.memmove.p0.p0.i64(ptr, ptr, i64, i1)
-declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)
 """
 
 DRIVER_TEXT: Final = "".join(
     (
-        _DECLARATIONS,
+        module(delay_function()), _DECLARATIONS,
         _LOAD_STATE,
         _RESIDUAL,
         _ADD_PARTIALS,

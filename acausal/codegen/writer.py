@@ -280,6 +280,10 @@ class Function:
         a, b = a.read(), self.operand(b, a.kind)
         return self.select(a > b, a, b)
 
+    def half(self, a: Value) -> Value:
+        """Return half of an integer that is not negative, rounded down."""
+        return self.emit("i64", f"lshr i64 {a.read().text}, 1")
+
     def wide(self, a: Value) -> Value:
         """Return an index of 32 bits as one of 64."""
         return self.emit("i64", f"sext i32 {a.read().text} to i64")
