@@ -351,7 +351,8 @@ declare void @llvm.memmove.p0.p0.i64(ptr, ptr, i64, i1)
 
 DRIVER_TEXT: Final = "".join(
     (
-        module(delay_function()), _DECLARATIONS,
+        module(delay_function()),
+        _DECLARATIONS,
         _LOAD_STATE,
         _RESIDUAL,
         _ADD_PARTIALS,
