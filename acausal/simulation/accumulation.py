@@ -1,9 +1,12 @@
 """Impacts that accumulate: recognised, and ended in rest.
 
-Impacts of one reinit follow each other ever faster, with ever smaller velocities. When the
-velocity has become :data:`SHARE` of that of the first one, the infinitely many impacts that are
-still to come take less than that share of the time so far, and the bodies move by its square. Then
-the velocity is set to zero and the body rests (:mod:`acausal.elimination.rests`).
+Impacts of one reinit follow each other ever faster, with ever smaller velocities. A flight as high
+as the product of velocity and duration says, compared with the first one, is below what the
+integration resolves sooner or later. Then the infinitely many impacts still to come take next to
+no time, the velocity is set to zero, and the body rests (:mod:`acausal.elimination.rests`).
+
+Until then a step of the integrator must not leap over a whole flight, at both ends of which
+the height is zero: after every impact it is stopped once, early in the flight to come.
 """
 
 from __future__ import annotations
@@ -16,17 +19,27 @@ from acausal.simulation.event_kernels import EventKernels
 
 Array = NDArray[np.float64]
 
-#: Share of the velocity after the first impact at which a body comes to rest.
-SHARE = 1e-5
+#: A body comes to rest when a flight is this much lower than the first one ...
+SHARE = 1e-10
+#: ... or lower by this multiple of the relative tolerance.
+SHARE_OF_TOLERANCE = 1e-2
+#: Where the integrator is stopped after an impact, as a share of the flight before it.
+EARLY = 0.1
 #: Impacts in a row, each sooner and weaker than the one before.
 LEAST = 5
 
 
 class Accumulation:
-    """Watches the impacts of all reinits that may end in rest."""
+    """Watches the impacts of all reinits that may end in rest.
 
-    def __init__(self, hybrid: Hybrid) -> None:
+    Attributes:
+        early: A time in the flight after the last impact at which to stop, ``inf`` if none.
+    """
+
+    def __init__(self, hybrid: Hybrid, tolerance: float) -> None:
         self._rests = hybrid.rests
+        self._share = max(SHARE, SHARE_OF_TOLERANCE * tolerance)
+        self.early = np.inf
         n = hybrid.reinits.count
         self._number = np.full(n, -1, np.int64)
         if hybrid.rests is not None:
@@ -53,12 +66,14 @@ class Accumulation:
         self._count[acting] = np.where(
             repeated, self._count[acting], np.where(weaker, self._count[acting] + 1, 0)
         )
-        fresh = self._count[acting] == 0
-        self._first[acting] = np.where(fresh, speed, self._first[acting])
+        fresh = self._count[acting] <= 1
+        flight = speed * gap
+        self._first[acting] = np.where(fresh, flight, self._first[acting])
         self._gap[acting] = np.where(repeated, self._gap[acting], gap)
         self._speed[acting] = speed
         self._last[acting] = time
-        ends = (self._count[acting] >= LEAST) & (speed <= SHARE * self._first[acting])
+        self.early = time + EARLY * float(gap.min(initial=np.inf))
+        ends = (self._count[acting] >= LEAST) & (flight <= self._share * self._first[acting])
         ends &= self._number[acting] >= 0
         self._count[acting[ends]] = 0
         return acting[ends]

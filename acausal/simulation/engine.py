@@ -107,7 +107,7 @@ def _go(run: Run, handler: EventHandler | None, times: Array, stop: float) -> No
     done = 1
     folds = Folds(run, run.time)
     while run.time < stop:
-        limit = stop if handler is None else min(handler.next_time, stop)
+        limit = stop if handler is None else min(handler.limit, stop)
         last = int(np.searchsorted(times, limit, "right"))
         if limit > run.time:
             reached, stored = run.integrate(times[done:last], limit)

@@ -47,7 +47,7 @@ class EventHandler:
         self._run = run
         self._hybrid = hybrid
         self._impacts = Impacts(run.system)
-        self._accumulation = Accumulation(hybrid)
+        self._accumulation = Accumulation(hybrid, run.tolerance)
         self._schedule = Schedule(hybrid, start)
         self._tools: dict[int, tuple[EventIteration, RunValues]] = {}
         self._texts: EventTexts | None = None
@@ -60,6 +60,12 @@ class EventHandler:
         self._over = False
         self._shown = shown_places(run.system)
         run.on_new_layout = self._new_layout
+
+    @property
+    def limit(self) -> float:
+        """How far the integration may go at a time, seconds."""
+        early = self._accumulation.early
+        return early if self._run.time < early < self.next_time else self.next_time
 
     def _new_layout(self, assembled: Assembled) -> None:
         assert assembled.events is not None

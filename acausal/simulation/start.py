@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from acausal.assembly.problem import TIME_POSITION
 from acausal.diagnostics import Diagnostic
 from acausal.flattening.model import Ids
+from acausal.initialization.guesses import guided_guesses
 from acausal.initialization.start import initialize
 from acausal.simulation.accumulation import Accumulation
 from acausal.simulation.continuous_values import VALUES, StartValues, start_vector
@@ -63,9 +64,15 @@ def start_values(system: System, selector: StateSelector, time: float) -> Begin:
     w[TIME_POSITION] = time
     n = len(system.active)
     kernels = EventKernels(system.hybrid, relations, w, VALUES + np.arange(n), VALUES + n)
-    values = StartValues(system, states, w)
+    iteration = EventIteration(kernels, Accumulation(system.hybrid, 1.0))
+    iteration.as_they_are()
+    held = w[VALUES + n : VALUES + n + len(system.parameters)].copy()
+    guesses = guided_guesses(replace(system.start_system(states), parameters=held), time)
+    w[VALUES : VALUES + n] = guesses
+    guided = replace(system, variables=replace(system.variables, start=guesses))
+    values = StartValues(guided, states, w)
     try:
-        EventIteration(kernels, Accumulation(system.hybrid)).first(values, time)
+        iteration.first(values, time)
     except EndlessError as reason:
         raise endless(system, kernels, reason, values.values, time) from None
     parameters = values.parameters.copy()
