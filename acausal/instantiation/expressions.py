@@ -175,7 +175,8 @@ def _boolean(e: tree.BooleanLiteral, env: Environment) -> Value:
 
 def _reference(e: tree.Reference, env: Environment) -> Value:
     if len(e.parts) == 1 and e.parts[0].name == "time" and not e.absolute:
-        return scalar(TIME, "Real", SECOND)
+        # Without a unit: people write sin(time) and x = 2*time, and mean numbers.
+        return scalar(TIME, "Real", None)
     return env.reference(e)
 
 
