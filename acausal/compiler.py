@@ -266,8 +266,8 @@ def compile_text(
 
 
 def _compiled(stages: Stages) -> Compiled:
-    assert stages.system is not None and stages.flattened is not None
-    return Compiled(stages.system, stages.timings, stages.flattened.model.warnings, stages)
+    assert stages.system is not None and stages.elimination is not None
+    return Compiled(stages.system, stages.timings, stages.elimination.model.warnings, stages)
 
 
 def _compile_path(

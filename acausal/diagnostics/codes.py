@@ -136,6 +136,7 @@ CODES: dict[str, str] = {
     "I021": "The equations of the start have no single solution.",
     "I030": "A number is not finite at the start.",
     "I101": "No start value is written; the default is used (warning).",
+    "I102": "A fixed start value has no effect: a parameter makes the derivative vanish (warning).",
     "E001": "An operator is not supported in this version.",
     "E004": "A parameter that is found at the start of the simulation is not supported.",
     "E005": "An equation of an Integer, Boolean or enumeration type sets no single variable.",

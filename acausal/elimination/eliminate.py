@@ -21,6 +21,7 @@ from acausal.elimination.locals import choose_definitions, put_in
 from acausal.elimination.outputs import sweep_outputs
 from acausal.elimination.rewriting import rewritten
 from acausal.elimination.signed_components import Signs
+from acausal.elimination.vanishing import freed_starts, without_vanishing_derivatives
 from acausal.elimination.working import (
     System,
     compacted,
@@ -112,10 +113,17 @@ def eliminate(
 
     Raises:
         AcausalError: I001, I002 if fixed start values of equal variables contradict.
+
+    Warnings of the model: I102 for start values that zero parameters make impossible.
     """
     kept = np.zeros(model.variables.count, dtype=np.bool_)
     whole = whole_model(model)
     whole = _merged_once(whole, model.names) or whole
+    regular = without_vanishing_derivatives(whole, model)
+    if regular is not whole:
+        regular = _merged_once(regular, model.names) or regular
+        whole, warnings = freed_starts(whole, regular, model.names)
+        model = replace(model, warnings=(*model.warnings, *warnings))
     parameters = _divisible(model) if divide_by_parameters else None
     while True:
         # Most variables and rows are gone now. What is left is numbered anew for the rounds. It is

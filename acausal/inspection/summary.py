@@ -112,5 +112,5 @@ def summary(stages: Compilation) -> Summary:
         system.offsets.degrees_of_freedom,
         written_index(flattened, system),
         "" if system.hybrid is None else hybrid_counts(system.hybrid),
-        flattened.model.warnings,
+        elimination.model.warnings,
     )
