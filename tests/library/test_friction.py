@@ -134,7 +134,7 @@ def test_energy_goes_into_friction_only(field: str) -> None:
 
     work = integral(run["force"] * run["v"])
     lost = integral(run["loss"])
-    assert np.all(run["loss"] >= 0)
+    assert np.all(run["loss"] >= -1e-9)
     assert run["v"] ** 2 == pytest.approx(work - lost, abs=2e-4)
     assert {-1.0, 0.0, 1.0} <= set(run["mode"])
     stuck = run["mode"] == 0
@@ -254,9 +254,9 @@ def test_one_way_clutch_overtakes_and_carries_along() -> None:
 model Freewheel
   Speed crank(exact = true, phi(fixed = true));
   blocks.Cosine speed(amplitude = 10, f = 0.5);
-  OneWayClutch freewheel;
+  OneWayClutch freewheel(stateSelect = StateSelect.always);
   blocks.Constant open(k = 0);
-  Inertia wheel(J = 2, w(start = 10));
+  Inertia wheel(J = 2, w(start = 10, fixed = true));
   Damper bearing(d = 2);
   Fixed fixed;
 equation
