@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 #: So many state events within this share of the run are no motion any more.
 CHATTERING = 200
 CHATTERING_SHARE = 1e-6
+#: So often one relation has changed among them.
+OFTEN = 20
 #: Changes of relations whose texts are kept.
 KNOWN_TEXTS = 100
 
@@ -166,7 +168,7 @@ class EventHandler:
             self._go_on(kernels, integrator)
             return True
         run.record_here()  # the integrator still stands before the event
-        self._describe(kernels, time, before, is_root)
+        self._describe(kernels, time, before, relations)
         for reinit in iteration.rested.tolist():
             name = run.system.names.variable(int(self._hybrid.reinits.wanted[reinit]))
             run.events.append(Event(time, f"impacts accumulate: {name} comes to rest"))
@@ -226,7 +228,10 @@ class EventHandler:
         span = time - self._recent[0][0]
         if span > self._shortest:
             return False
-        relations = sorted({k for _, k in self._recent if k >= 0})
+        relations, times = np.unique([k for _, k in self._recent if k >= 0], return_counts=True)
+        if times.max(initial=0) < OFTEN:
+            return False  # many things happen next to each other
+        relations = relations[times >= OFTEN]
         places: Ids = kernels.states.relations.place[relations]
         self._run.fail(
             chattering(
@@ -235,23 +240,39 @@ class EventHandler:
         )
         return True
 
-    def _describe(self, kernels: EventKernels, time: float, before: Array, is_root: bool) -> None:
-        """Add to the list of events."""
+    def _describe(
+        self, kernels: EventKernels, time: float, before: Array, found: Array | None
+    ) -> None:
+        """Add to the list of events.
+
+        Args:
+            kernels: The discrete equations, after the event.
+            time: Seconds.
+            before: What the relations were held at before, shape ``(n,)``.
+            found: The same with those changed whose root was found; they may have changed back.
+        """
         after = kernels.relation_values()
-        key = before.tobytes() + after.tobytes()
+        key = before.tobytes() + after.tobytes() + (b"" if found is None else found.tobytes())
         text = self._known_texts.get(key)
         if text is None:
-            text = self._text(kernels, np.flatnonzero(after != before), is_root)
+            changed = (after != before) if found is None else (after != before) | (found != before)
+            text = self._text(kernels, np.flatnonzero(changed))
             if len(self._known_texts) < KNOWN_TEXTS:
                 self._known_texts[key] = text
         self._run.events.append(Event(time, text))
 
-    def _text(self, kernels: EventKernels, changed: Ids, is_root: bool) -> str:
+    def _text(self, kernels: EventKernels, changed: Ids) -> str:
         if not len(changed):
-            return "state event" if is_root else "time event"
+            return "time event"
         if self._texts is None:
             self._texts = EventTexts(self._run.system, kernels)
-        text = self._texts.relation(int(changed[0]))[0]
+        first, rests = int(changed[0]), self._hybrid.rests
+        text = self._texts.relation(first)[0]
+        if rests is not None:
+            rest = np.flatnonzero(rests.supported == kernels.states.relations.place[first])
+            if len(rest):
+                wanted = self._hybrid.reinits.wanted[rests.reinits[rest[0]]]
+                text = f"{self._run.system.names.variable(int(wanted))} leaves its rest"
         return text + (f" and {len(changed) - 1} more" if len(changed) > 1 else "")
 
     def _terminate(self, number: int, time: float) -> None:

@@ -233,8 +233,7 @@ class EventIteration:
                 keep = np.flatnonzero(states.wanted != states.held)[only:]
                 states.wanted[keep] = states.held[keep]
             kernels.follow()
-            if self.accumulation.end_rests(kernels):
-                kernels.look()
+        changed |= self.accumulation.end_rests(kernels)
         discrete = kernels.held[:n]
         before = discrete.tobytes()
         kernels.assign(initial=initial)
