@@ -120,7 +120,8 @@ class FamilyBuilder:
                     mapping[part] = const(float(values[0]))
                 else:
                     literal[part] = values
-            expr = substitute(expr, mapping)
+            # A constant part can stand inside of one that is not: that one stays as it is.
+            expr = substitute(expr, {**mapping, **{part: part for part in literal}})
         numbered: dict[Expr, Expr] = {}
         kinds: list[Operand] = []
         rows: list[Ids] = []
