@@ -67,7 +67,7 @@ class Accumulation:
             repeated, self._count[acting], np.where(weaker, self._count[acting] + 1, 0)
         )
         fresh = self._count[acting] <= 1
-        flight = speed * gap
+        flight = np.multiply(speed, gap, out=np.full(len(gap), np.inf), where=gap < np.inf)
         self._first[acting] = np.where(fresh, flight, self._first[acting])
         self._gap[acting] = np.where(repeated, self._gap[acting], gap)
         self._speed[acting] = speed
