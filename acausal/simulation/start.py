@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from acausal.assembly.problem import TIME_POSITION
-from acausal.diagnostics import Diagnostic
+from acausal.diagnostics import AcausalError, Diagnostic
 from acausal.flattening.model import Ids
 from acausal.initialization.guesses import guided_guesses
-from acausal.initialization.start import initialize
+from acausal.initialization.start import Start, initialize
+from acausal.initialization.system import StartSystem
 from acausal.simulation.accumulation import Accumulation
 from acausal.simulation.continuous_values import VALUES, StartValues, start_vector
 from acausal.simulation.event_iteration import EndlessError, EventIteration
@@ -55,7 +57,7 @@ def start_values(system: System, selector: StateSelector, time: float) -> Begin:
     """
     states = selector.first(system.variables.start, time)
     if system.hybrid is None:
-        start = initialize(system.start_system(states), time)
+        start = _continuous_start(system.start_system(states), time)
         better = selector.better(start.values, time)
         found = states if better is None else better
         return Begin(found, start.values, system.parameters, None, start.warnings)
@@ -80,3 +82,13 @@ def start_values(system: System, selector: StateSelector, time: float) -> Begin:
     better = selector.better(values.values, time)
     found = states if better is None else better
     return Begin(found, values.values.copy(), parameters, relations, values.warnings)
+
+
+def _continuous_start(equations: StartSystem, time: float) -> Start:
+    """Initialise from guesses that written starts of eliminated variables lead, or without."""
+    guesses = guided_guesses(equations, time, only_eliminated=True)
+    if guesses is not equations.variables.start:
+        guided = replace(equations, variables=replace(equations.variables, start=guesses))
+        with contextlib.suppress(AcausalError):
+            return initialize(guided, time)
+    return initialize(equations, time)
