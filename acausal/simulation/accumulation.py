@@ -76,7 +76,8 @@ class Accumulation:
         ends = (self._count[acting] >= LEAST) & (flight <= self._share * self._first[acting])
         ends &= self._number[acting] >= 0
         self._count[acting[ends]] = 0
-        return acting[ends]
+        ending: Ids = acting[ends]
+        return ending
 
     def begin_rest(self, ending: Ids, kernels: EventKernels) -> None:
         """Hold the bodies of some reinits at rest."""

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 DEFAULT_TOLERANCE = 1e-6
+#: Spacing of the points that a motion over a singular position starts from, as a share of a run.
+SNAPSHOTS = 2e-4
 
 
 def simulate(system: System, request: Request) -> Result:
@@ -106,6 +108,7 @@ def _go(run: Run, handler: EventHandler | None, times: Array, stop: float) -> No
     """Integrate from event to event."""
     done = 1
     folds = Folds(run, run.time)
+    run.spacing = SNAPSHOTS * (stop - run.time)
     while run.time < stop:
         limit = stop if handler is None else min(handler.limit, stop)
         last = int(np.searchsorted(times, limit, "right"))
@@ -114,7 +117,7 @@ def _go(run: Run, handler: EventHandler | None, times: Array, stop: float) -> No
             done += stored
             if reached is Reached.OVER:
                 run.time = run.integrator.t if run.integrator is not None else run.time
-                if not folds.leap():
+                if not folds.overcome():
                     return
                 if handler is not None:
                     handler.leapt()

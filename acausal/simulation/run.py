@@ -75,6 +75,8 @@ class Run:
         parameters: Parameters and held values to begin with, shape ``(p,)``.
         relations: The relations, None in a model without events.
         on_new_layout: Told of every layout that is used for the first time.
+        snapshots: The last few good points, time and values of all ids, if states are watched.
+        spacing: Time between them, seconds.
     """
 
     system: System
@@ -97,6 +99,9 @@ class Run:
     kept: dict[bytes, Assembled] = field(default_factory=dict)
     reselections: int = 0
     time: float = 0.0
+    snapshots: list[tuple[float, Array]] = field(default_factory=list)
+    spacing: float = np.inf
+    _in_need: float = -np.inf
     _only_limit: Array = field(default_factory=lambda: np.zeros(1))
 
     def assembled(self, states: Ids) -> Assembled:
@@ -253,8 +258,11 @@ class Run:
             step = self.integrator.step(limit)
             if step.status in (Status.FAILED, Status.INTERRUPTED):
                 values = self.values()
-                states = self.selector.better(values, self.integrator.t, force=True)
-                if step.status is Status.FAILED and states is not None:
+                states = None
+                if step.status is Status.FAILED and self.integrator.t > self._in_need:
+                    states = self.selector.better(values, self.integrator.t, force=True)
+                    self._in_need = self.integrator.t
+                if states is not None:
                     self.begin(self.integrator.t, values, states)
                     self.reselections += 1
                     continue
@@ -269,6 +277,8 @@ class Run:
                 done = last
             since += 1
             self.time = self.integrator.t
+            if not self.snapshots or self.time > self.snapshots[-1][0] + self.spacing:
+                self.snapshots = [*self.snapshots[-2:], (self.time, self.values())]
             if self.request.progress is not None:
                 self._progress(self.time)
             if step.status is Status.ROOT:
