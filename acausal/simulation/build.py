@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from acausal.elimination.eliminate import Elimination
 from acausal.flattening.flatten import Flattened
 from acausal.initialization.system import extended
+from acausal.simulation.held_names import names_of
 from acausal.simulation.system import System
 from acausal.structural.differentiate import DifferentiatedSystem
 from acausal.structural.highest_jacobian import highest_entries
@@ -59,7 +60,7 @@ def build_system(
     return System(
         model.name,
         model.description,
-        flattened.model.names,
+        names_of(flattened.model.names, flattened.numbering, hybrid),
         model.experiment,
         variables,
         differentiated,

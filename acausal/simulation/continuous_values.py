@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from acausal.assembly.layout import Layout, unknowns_of, values_of
 from acausal.assembly.problem import TIME_POSITION, Y_POSITION
-from acausal.diagnostics import Diagnostic, fail
+from acausal.diagnostics import Diagnostic, Span, fail
 from acausal.flattening.model import Hybrid, Ids
 from acausal.initialization.start import Restart, Start, initialize, prepare_restart
+from acausal.initialization.texts import member_text
+from acausal.simulation.not_finite import not_finite
 from acausal.simulation.system import System
 from acausal.solvers.protocol import Integrator
 
@@ -147,13 +149,18 @@ class RunValues:
 
     def solve_robustly(self, time: float) -> None:
         """The same with damping, homotopy and block by block."""
-        parameters = self.w[self.layout.parameters : self.layout.observables]
         if self._restart is None:
             self._restart = prepare_restart(self.system.start_system(self.states), self.states)
         equations = self._restart.equations
         first, last = equations.layout.first_parameter, equations.layout.last
-        equations.w[first:last] = parameters
+        equations.w[first:last] = self.parameters
         self.set_values(self._restart.solve(self.values(), time))
+
+    @property
+    def parameters(self) -> Array:
+        """Parameters and held values, a view of the work vector."""
+        parameters: Array = self.w[self.layout.parameters : self.layout.observables]
+        return parameters
 
     def values(self) -> Array:
         """Return the values of all ids, shape ``(N,)``."""
@@ -164,25 +171,50 @@ class RunValues:
         self.y[:], self.yp[:] = unknowns_of(self.layout, values)
 
     def reinit(self, acting: Ids, values: Array, time: float) -> None:
-        """Give variables their new values."""
+        """Give variables their new values.
+
+        Raises:
+            AcausalError: ``I030`` if one of them is not finite, see also :mod:`.impacts`.
+        """
+        if not np.isfinite(values[acting]).all():
+            assert self.system.hybrid is not None
+            families = self.system.hybrid.reinits.values
+            mine = [f for f in families if np.isin(f.rows, acting).all()]
+            not_finite(self.system, mine, self.values(), self.parameters, time)
         self._impact(self, acting, values, time)
         self.show()
 
 
-def set_states(run: RunValues, hybrid: Hybrid, acting: Ids, values: Array) -> None:
+def set_states(run: RunValues, hybrid: Hybrid, acting: Ids, values: Array, time: float) -> None:
     """Give states new values and leave all other states as they are.
 
     Raises:
-        AcausalError: ``E040`` for a variable that is no state.
+        AcausalError: ``E040`` for a variable that is no state, ``E041`` for two values at once.
     """
-    reinits = hybrid.reinits
+    reinits, names = hybrid.reinits, run.system.names
+    new: dict[int, float] = {}
     for k in acting.tolist():
-        variable = int(reinits.states[k])
+        variable, wanted = int(reinits.states[k]), int(reinits.wanted[k])
         place = int(run.layout.position[variable]) - Y_POSITION
+        name, value = names.variable(wanted), reinits.signs[k] * values[k]
         if not 0 <= place < run.layout.n or variable not in run.states:
-            name = run.system.names.variable(int(reinits.wanted[k]))
-            fail("E040", f"reinit of {name}, which is no state",
-                 run.system.names.declaration(int(reinits.wanted[k])),
+            present = "" if place < 0 else f", {name} = {run.w[Y_POSITION + place]:.6g}"
+            fail("E040", f"reinit of {name}, which is no state", reinit_span(run.system, k),
                  label="its value follows from other variables",
+                 notes=[f"t = {time:.9g} s{present}; wanted: {name} = {values[k]:.6g}"],
                  help="reinit a variable whose derivative stands in an equation")  # fmt: skip
-        run.y[place] = reinits.signs[k] * values[k]
+        if new.setdefault(variable, value) != value:
+            fail("E041", f"{name} gets two values by reinits at once", reinit_span(run.system, k),
+                 notes=[f"t = {time:.9g} s: {new[variable]:.6g} and {value:.6g}"],
+                 help="put both into one when, the second one under elsewhen")  # fmt: skip
+        run.y[place] = value
+
+
+def reinit_span(system: System, number: int) -> Span | None:
+    """Return where a reinit is written."""
+    assert system.hybrid is not None
+    for family in system.hybrid.reinits.values:
+        members = np.flatnonzero(family.rows == number)
+        if len(members):
+            return member_text(family, int(members[0]), system.names)[1]
+    return None

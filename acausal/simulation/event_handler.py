@@ -17,6 +17,7 @@ from acausal.simulation.event_iteration import EndlessError, EventIteration
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.event_messages import chattering, endless
 from acausal.simulation.event_texts import EventTexts
+from acausal.simulation.finite_values import FiniteValues, at_event
 from acausal.simulation.impacts import Impacts
 from acausal.simulation.run import Assembled, Run
 from acausal.simulation.schedule import Schedule
@@ -61,6 +62,7 @@ class EventHandler:
         self.remarks: list[Diagnostic] = []
         self._over = False
         self._shown = shown_places(run.system)
+        self._finite = FiniteValues(run.system, self._shown)
         run.on_new_layout = self._new_layout
 
     @property
@@ -147,13 +149,14 @@ class EventHandler:
         shown = kernels.held[self._shown].tobytes()
         try:
             iteration.at(values, time, relations, self._schedule.due(time))
+            self._finite.check(kernels.held, values, time)
         except EndlessError as reason:
             run.record_here()
-            run.fail(endless(run.system, kernels, reason, values.values(), time))
+            run.fail(at_event(endless(run.system, kernels, reason, values.values(), time)))
             return False
         except AcausalError as error:
             run.record_here()
-            run.fail(error)
+            run.fail(at_event(error))
             return False
         if iteration.violated.any():
             self._violate(kernels, iteration, time)

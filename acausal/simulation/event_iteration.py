@@ -188,6 +188,7 @@ class EventIteration:
             before = held[n : 2 * n].copy()
             held[n : 2 * n] = held[:n]
             self.kernels.remember_limits()
+        held[n : 2 * n] = before  # for the message
         raise EndlessError(np.flatnonzero(before != held[:n]), False)
 
     def _note(self) -> None:

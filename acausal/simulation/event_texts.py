@@ -23,6 +23,8 @@ class EventTexts:
     def __init__(self, system: System, kernels: EventKernels) -> None:
         self._system = system
         self._relations = kernels.states.relations
+        self._hybrid = kernels.hybrid
+        self._held = kernels.held
         self._known: dict[int, tuple[str, Span | None]] = {}
 
     def relation(self, number: int) -> tuple[str, Span | None]:
@@ -51,7 +53,7 @@ class EventTexts:
         return "a held value", None
 
     def values(self, places: Ids, values: Array) -> tuple[str, ...]:
-        """Return notes with the values of the variables in some relations.
+        """Return notes with the values of discrete variables, and of those in relations.
 
         Args:
             places: Held positions.
@@ -63,6 +65,10 @@ class EventTexts:
         for place in places.tolist()[:_MOST]:
             found = np.flatnonzero(self._relations.place == place)
             if not len(found):
+                own = np.flatnonzero(self._hybrid.place == place)
+                if len(own):
+                    now, before = self._held[place], self._held[self._hybrid.n_discrete + place]
+                    lines.append(f"{names.variable(int(own[0]))} = {now:.6g}, before {before:.6g}")
                 continue
             family, member = self._relations.find(int(found[0]))
             for variable in _variables(family, member)[:_MOST]:
@@ -77,7 +83,7 @@ class EventTexts:
         """Return an error that names what is held at some positions."""
         texts = [self.place(place) for place in places.tolist()[:_MOST]]
         span = next((span for _, span in texts if span is not None), None)
-        words = tuple(f"{text}{f' (line {s.line})' if s else ''}" for text, s in texts)
+        words = dict.fromkeys(f"{text}{f' (line {s.line})' if s else ''}" for text, s in texts)
         more = f"and {len(places) - _MOST} more" if len(places) > _MOST else ""
         shown = self.values(places, values)
         all_notes = [

@@ -44,7 +44,7 @@ from acausal.initialization.problem import (
     algebraic_problem,
     start_equations,
 )
-from acausal.simulation.continuous_values import RunValues, set_states
+from acausal.simulation.continuous_values import RunValues, reinit_span, set_states
 from acausal.simulation.system import System
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ class Impacts:
         velocity &= chains.order[targets] == d[base] - 1
         plain = acting[~velocity]
         if len(plain):
-            set_states(run, hybrid, plain, values)
+            set_states(run, hybrid, plain, values, time)
         if velocity.any():
             self._impact(run, acting[velocity], base[velocity], values, time)
 
@@ -121,7 +121,7 @@ class Impacts:
             if response is None:
                 name = system.names.variable(int(reinits.wanted[k]))
                 fail("E041", f"it is not known which impulse makes {name} jump",
-                     system.names.declaration(int(reinits.wanted[k])),
+                     reinit_span(system, k),
                      notes=[f"t = {time:.9g} s: constraints fix {name}, or no balance of momentum "
                             "contains its derivative"],
                      help="name the through variable that carries the impulse: "
@@ -134,7 +134,7 @@ class Impacts:
         if np.abs(together @ impulses - jump).max() > 1e-8 * max(np.abs(jump).max(), 1e-300):
             name = system.names.variable(int(reinits.wanted[acting[0]]))
             fail("E041", f"reinit of {name} contradicts another reinit of the same instant",
-                 system.names.declaration(int(reinits.wanted[acting[0]])),
+                 reinit_span(system, int(acting[0])),
                  notes=[f"t = {time:.9g} s"],
                  help="constraints let only one of the two velocities be prescribed")  # fmt: skip
         jumps = responses @ impulses

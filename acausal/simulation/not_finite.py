@@ -1,0 +1,46 @@
+"""Operations at an event that have no finite result, in the words of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from acausal.diagnostics import fail
+from acausal.flattening.model import EquationFamily, Operand
+from acausal.initialization.texts import failure_of, member_text
+from acausal.simulation.system import System
+
+Array = NDArray[np.float64]
+
+HELP = "at this event the values jump: let an if decide what holds where this cannot be evaluated"
+
+
+def not_finite(
+    system: System, families: Iterable[EquationFamily], values: Array, parameters: Array,
+    time: float,
+) -> None:  # fmt: skip
+    """Report the first operation of some families whose result is not finite.
+
+    Raises:
+        AcausalError: ``I030``; nothing is raised if all results are finite.
+    """
+    for family in families:
+
+        def slot_values(key: object, family: EquationFamily = family) -> Array:
+            assert isinstance(key, int)
+            table = parameters if family.kinds[key] == Operand.PARAMETER else values
+            chosen: Array = table[family.operands[key]]
+            return chosen
+
+        members = np.arange(family.count)
+        failure = failure_of(family, members, members, slot_values, time, system.names)
+        if failure is None or not (failure.variables or failure.parameters):
+            continue  # what was not finite before has been reported then
+        text, span = member_text(family, failure.member, system.names)
+        names = system.names
+        known = [f"{names.variable(v)} = {values[v]:.6g}" for v in failure.variables]
+        known += [f"{names.parameter(p)} = {parameters[p]:.6g}" for p in failure.parameters]
+        fail("I030", f"{failure.words} at t = {time:.9g} s", span, label=text,
+             notes=["values: " + ", ".join(known)], help=HELP)  # fmt: skip
