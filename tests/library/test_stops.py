@@ -18,9 +18,11 @@ def values(result: Any, path: str) -> Any:
     return np.asarray(result[path].values)
 
 
-def test_mass_with_stop_bounces_and_comes_to_rest() -> None:
-    result = simulate(
-        """import mechanical.translational.*;
+@pytest.mark.parametrize(
+    ("bouncing", "position", "velocity", "force"),
+    [
+        (
+            """import mechanical.translational.*;
 model Ball
   MassWithStop ball(m = 2, smin = 0, e = 0.5,
     s(start = 1, fixed = true), v(start = 0, fixed = true));
@@ -29,10 +31,35 @@ equation
   connect(ball.flange_a, weight.flange);
 end Ball;
 """,
+            "ball.s",
+            "ball.v",
+            "ball.left.f",
+        ),
+        (
+            """import mechanical.rotational.*;
+model Flap
+  InertiaWithStop ball(J = 2, phi_min = 0, phi_max = 2, e = 0.5,
+    phi(start = 1, fixed = true), w(start = 0, fixed = true));
+  ConstantTorque weight(tau_constant = -19.62);
+equation
+  connect(ball.flange_a, weight.flange);
+end Flap;
+""",
+            "ball.phi",
+            "ball.w",
+            "ball.backward.tau",
+        ),
+    ],
+)
+def test_mass_with_stop_bounces_and_comes_to_rest(
+    bouncing: str, position: str, velocity: str, force: str
+) -> None:
+    result = simulate(
+        bouncing,
         stop_time=3,
         points=3001,
     )
-    t, s, v = result.times, values(result, "ball.s"), values(result, "ball.v")
+    t, s, v = result.times, values(result, position), values(result, velocity)
     fall = np.sqrt(2 / 9.81)
     expected = np.where(t < fall, 1 - 9.81 / 2 * t**2, 0.0)
     start, speed = fall, 0.5 * 9.81 * fall
@@ -45,7 +72,7 @@ end Ball;
     rest = t > start + 1e-2
     assert set(v[rest]) == {0.0}
     assert set(values(result, "ball.a")[rest]) == {0.0}
-    assert values(result, "ball.left.f")[rest] == pytest.approx(-19.62)
+    assert values(result, force)[rest] == pytest.approx(-19.62)
 
 
 def test_mass_at_a_stop_leaves_when_it_is_pulled() -> None:
@@ -94,32 +121,41 @@ end Impact;
         assert one[t < 0.4999] == pytest.approx(3, abs=1e-12)
 
 
-def test_stop_stops_a_mass_with_friction() -> None:
+@pytest.mark.parametrize(
+    ("field", "body", "drive", "s", "v", "force", "end"),
+    [
+        ("translational", "MassWithStopAndFriction", "Force", "s", "v", "f", "smax"),
+        ("rotational", "InertiaWithStopAndFriction", "Torque", "phi", "w", "tau", "phi_max"),
+    ],
+)
+def test_stop_stops_a_mass_with_friction(
+    field: str, body: str, drive: str, s: str, v: str, force: str, end: str
+) -> None:
     # 25 N against 5 N + 10 N exp(-2 v) + v up to the wall; there it stays until the force falls
     # below minus the friction at rest.
     result = simulate(
-        """import mechanical.translational.*;
+        f"""import mechanical.{field}.*;
 model Stopped
-  MassWithStopAndFriction mass(smax = 1, s(fixed = true), v(fixed = true));
-  Force force;
+  {body} mass({end} = 1, {s}(fixed = true), {v}(fixed = true));
+  {drive} drive;
   blocks.Sine sine(amplitude = 40, f = 0.1);
 equation
-  connect(sine.y, force.f);
-  connect(force.flange, mass.flange_a);
+  connect(sine.y, drive.{force});
+  connect(drive.flange, mass.flange_a);
 end Stopped;
 """,
         stop_time=8,
         points=8001,
     )
-    t, s, v = result.times, values(result, "mass.s"), values(result, "mass.v")
+    t, x, u = result.times, values(result, f"mass.{s}"), values(result, f"mass.{v}")
     starts = np.arcsin(15 * 1.001 / 40) / (0.2 * np.pi)
-    assert set(v[t < starts - 1e-3]) == set(s[t < starts - 1e-3]) == {0.0}
-    at_wall = (s > 1 - 1e-9) & (t < 5 + starts - 1e-3)
+    assert set(u[t < starts - 1e-3]) == set(x[t < starts - 1e-3]) == {0.0}
+    at_wall = (x > 1 - 1e-9) & (t < 5 + starts - 1e-3)
     assert np.sum(at_wall) > 3000
-    assert set(v[at_wall][1:]) <= {0.0}
-    assert np.max(s) <= 1 + 1e-9
-    assert s[-1] < 0
-    assert v[t > 5 + starts + 1e-3][0] < 0
+    assert set(u[at_wall][1:]) <= {0.0}
+    assert np.max(x) <= 1 + 1e-9
+    assert x[-1] < 0
+    assert u[t > 5 + starts + 1e-3][0] < 0
 
 
 def test_play_between_springs_against_the_closed_form() -> None:
@@ -154,12 +190,21 @@ end Play;
 
 
 @pytest.mark.parametrize("kind", ["ElastoGap", "ElastoGap2"])
-def test_elastic_contact_never_pulls_and_takes_energy(kind: str) -> None:
+@pytest.mark.parametrize(
+    ("field", "body", "m", "drive", "s", "v", "force"),
+    [
+        ("translational", "Mass", "m", "Force", "s", "v", "f"),
+        ("rotational", "Inertia", "J", "Torque", "phi", "w", "tau"),
+    ],
+)
+def test_elastic_contact_never_pulls_and_takes_energy(
+    kind: str, field: str, body: str, m: str, drive: str, s: str, v: str, force: str
+) -> None:
     result = simulate(
-        f"""import mechanical.translational.*;
+        f"""import mechanical.{field}.*;
 model Contact
-  Mass ball(m = 1, s(start = 1, fixed = true), v(start = 0, fixed = true));
-  ConstantForce weight(f_constant = -10);
+  {body} ball({m} = 1, {s}(start = 1, fixed = true), {v}(start = 0, fixed = true));
+  Constant{drive} weight({force}_constant = -10);
   {kind} contact(c = 1000, d = 20);
   Fixed floor;
 equation
@@ -171,11 +216,11 @@ end Contact;
         stop_time=4,
         points=8001,
     )
-    s, v, f = (values(result, path) for path in ("ball.s", "ball.v", "contact.f"))
+    x, u, f = (values(result, path) for path in (f"ball.{s}", f"ball.{v}", f"contact.{force}"))
     assert np.all(f <= 1e-9)
-    assert np.all(f[s > 1e-9] == 0.0)
+    assert np.all(f[x > 1e-9] == 0.0)
     assert np.all(values(result, "contact.lossPower") >= -1e-9)
-    energy = v**2 / 2 + 10 * s + 500 * np.minimum(s, 0) ** 2
+    energy = u**2 / 2 + 10 * x + 500 * np.minimum(x, 0) ** 2
     if kind == "ElastoGap":
         assert np.all(np.diff(energy) <= 1e-6)
     assert energy[0] == pytest.approx(10)
