@@ -196,6 +196,18 @@ class DelayTable:
         """Time of the last entry, seconds; -inf without one."""
         return float(self._times[self._length - 1]) if self._length else -np.inf
 
+    def take(self, other: DelayTable) -> None:
+        """Go on with the history of another table of as many delays."""
+        n = len(other)
+        if n > len(self._times):
+            self._allocate(max(n, 2 * len(self._times)))
+        self._times[:n] = other._times[:n]
+        self._values[:n] = other._values[:n]
+        self._slopes[:n] = other._slopes[:n]
+        self.delays[:] = other.delays
+        self._length = n
+        self._set(length=n)
+
     def clear(self) -> None:
         """Forget all entries."""
         self._length = 0

@@ -106,6 +106,8 @@ class EventHandler:
                 raise endless(run.system, kernels, reason, values.values(), run.time) from None
             if iteration.solved:
                 run.begin_at(run.time, values.y, values.yp)
+        if kernels.delays is not None:
+            kernels.delays.table.append(run.time, kernels.delays.present())
         self._go_on(kernels, integrator)
 
     def leapt(self) -> None:
@@ -138,6 +140,7 @@ class EventHandler:
         _, kernels, iteration, values, integrator = self._present()
         time = run.time
         values.take(time, integrator.y, integrator.yp)
+        expected, jumped = self._delayed(kernels, time)
         before = kernels.relation_values()
         relations = None
         if is_root:
@@ -148,7 +151,7 @@ class EventHandler:
         discrete = kernels.held[:n].tobytes()
         shown = kernels.held[self._shown].tobytes()
         try:
-            iteration.at(values, time, relations, self._schedule.due(time))
+            iteration.at(values, time, relations, self._schedule.due(time), anew=jumped)
             self._finite.check(kernels.held, values, time)
         except EndlessError as reason:
             run.record_here()
@@ -160,6 +163,8 @@ class EventHandler:
             return False
         if iteration.violated.any():
             self._violate(kernels, iteration, time)
+        if kernels.delays is not None and expected is not None:
+            self._schedule.add_jumps(kernels.delays.jump(time, expected))
         quiet = iteration.terminated < 0 and not self._over
         if (
             quiet
@@ -168,6 +173,8 @@ class EventHandler:
             and shown == kernels.held[self._shown].tobytes()
         ):
             # Only a relation has changed, and nothing depends on it now.
+            if kernels.delays is not None:
+                kernels.delays.table.right = False
             self._go_on(kernels, integrator)
             return True
         run.record_here()  # the integrator still stands before the event
@@ -177,6 +184,8 @@ class EventHandler:
             run.events.append(Event(time, f"impacts accumulate: {name} comes to rest"))
         if iteration.solved:
             self._restart(time, values)
+            if kernels.delays is not None:
+                kernels.delays.table.right = False
             _, kernels, _, _, integrator = self._present()
         self._go_on(kernels, integrator)
         run.record_here()
@@ -184,6 +193,22 @@ class EventHandler:
             self._terminate(iteration.terminated, time)
             return False
         return not self._over
+
+    def _delayed(self, kernels: EventKernels, time: float) -> tuple[Array | None, bool]:
+        """Let an event see delayed values.
+
+        Returns:
+            The delayed expressions before it, and whether delayed values jump at this time.
+        """
+        delays = kernels.delays
+        if delays is None:
+            return None, False
+        delays.show(time)
+        self._run.recorder.hold(kernels.held)
+        before = delays.present().copy()
+        jumped = self._schedule.has_jump(time)
+        delays.show(time, right=jumped)
+        return before, jumped
 
     def _violate(self, kernels: EventKernels, iteration: EventIteration, time: float) -> None:
         """Report assertions in whens that do not hold; an error ends the run."""

@@ -120,6 +120,8 @@ class EventIteration:
         """Hold everything at what the continuous values say, without hysteresis."""
         kernels = self.kernels
         kernels.remember_limits()
+        if kernels.delays is not None:
+            kernels.delays.begin()
         for _ in range(2):  # relations may stand inside of relations
             kernels.look(exact=True)
             kernels.follow()
@@ -132,6 +134,8 @@ class EventIteration:
         relations: Array | None,
         samples: Ids,
         once: int = -1,
+        *,
+        anew: bool = False,
     ) -> None:
         """Settle an event.
 
@@ -141,11 +145,12 @@ class EventIteration:
             relations: What the relations are held at to begin with, if roots were found.
             samples: Held positions of the samples whose time it is.
             once: Held position of what is true in the first round only, -1 for nothing.
+            anew: Something that the equations read has changed already.
         """
         kernels = self.kernels
         self.solved = False
         self.rested = self.rested[:0]
-        self._known = kernels.held[self._relevant].tobytes()
+        self._known = b"" if anew else kernels.held[self._relevant].tobytes()
         kernels.remember_limits()
         kernels.leave()
         if relations is not None:  # those whose root was found were near zero

@@ -18,6 +18,7 @@ from acausal.codegen.sequence import NativeSequence
 from acausal.expressions.nodes import slot
 from acausal.flattening.model import Assertion, EquationFamily, Hybrid, Ids, Operand
 from acausal.simulation import relation_rules
+from acausal.simulation.delays import Delays
 from acausal.simulation.relation_rules import (
     OPERANDS,
     Rule,
@@ -44,6 +45,7 @@ class EventKernels:
         terminates: Which terminations act, 1 or 0.
         assertions: Numbers of the assertions that stand in whens.
         holds: Whether their members hold, 1 or 0, one after the other.
+        delays: Delayed values, None if there are none.
     """
 
     def __init__(
@@ -94,6 +96,12 @@ class EventKernels:
         inside = [assertions[k].family for k in self.assertions]
         self.holds: Array = np.ones(sum(f.count for f in inside))
         self._asserted = self._sequence(inside, None, self.holds)
+        self.delays: Delays | None = None
+        if len(hybrid.delay_places):
+            self.delays = Delays(
+                hybrid, w, self.first, self._calls(hybrid.delays, 0),
+                self._calls(hybrid.delay_times, 0),
+            )  # fmt: skip
         self._build_relations(relations)
 
     def _index(self, family: EquationFamily) -> NDArray[np.int32]:

@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 from acausal.assembly.assemble import assemble, family_kernels
 from acausal.assembly.layout import Layout, lay_out, unknowns_of, values_of
 from acausal.assembly.observe import Observer
-from acausal.assembly.problem import DAEProblem
+from acausal.assembly.problem import TIME_POSITION, Y_POSITION, DAEProblem
 from acausal.codegen.driver import NativeProblem
 from acausal.diagnostics import AcausalError
 from acausal.flattening.model import Ids
 from acausal.results.result import Ending, Event
+from acausal.simulation.delays import Delays
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.labels import SystemLabels
 from acausal.simulation.output import Recorder
@@ -131,7 +132,8 @@ class Run:
                 system.hybrid, self.relations, problem.w, layout.position, layout.parameters,
                 system.assertions,
             )  # fmt: skip
-            problem = replace(problem, roots=events.root_problem())
+            delays = events.delays.table if events.delays is not None else None
+            problem = replace(problem, roots=events.root_problem(), delays=delays)
         return Assembled(states, layout, NativeProblem(problem), observer, events)
 
     def begin(self, t: float, values: Array, states: Ids) -> None:
@@ -172,6 +174,8 @@ class Run:
             found.parameters[:] = self.current.parameters
             if found.events is not None and self.current.events is not None:
                 found.events.states.take(self.current.events.states)
+                if found.events.delays is not None and self.current.events.delays is not None:
+                    found.events.delays.table.take(self.current.events.delays.table)
         self.kept[key] = found  # the last one used stands last
         size = sum(a.native.problem.nnz + len(a.layout.position) for a in self.kept.values())
         while size > KEPT and len(self.kept) > 1:
@@ -217,7 +221,7 @@ class Run:
         Returns:
             Where it ended, and how many of ``times`` are stored.
         """
-        if self.selector.has_alternatives:
+        if self.selector.has_alternatives or self._delays is not None:
             return self._integrate_watching(times, limit)
         return self._integrate_through(times, limit)
 
@@ -254,8 +258,10 @@ class Run:
         done = 0
         since, pause = 0, STEPS_BETWEEN_LOOKS[0]
         longest = min(max(self.selector.columns, pause), STEPS_BETWEEN_LOOKS[1])
+        delays = self._delays
         while self.integrator.t < limit:
-            step = self.integrator.step(limit)
+            ahead = limit if delays is None else min(limit, self.integrator.t + delays.shortest)
+            step = self.integrator.step(ahead)
             if step.status in (Status.FAILED, Status.INTERRUPTED):
                 values = self.values()
                 states = None
@@ -273,8 +279,14 @@ class Run:
                 part = times[done:last]
                 y = np.array([self.integrator.interpolate(t) for t in part])
                 yp = np.array([self.integrator.interpolate(t, 1) for t in part])
-                self.recorder.store(self.current.observer, part, y, yp)
+                if delays is None:
+                    self.recorder.store(self.current.observer, part, y, yp)
+                else:
+                    self._store_delayed(delays, part, y, yp)
                 done = last
+            if delays is not None:
+                self._show(self.integrator.t, self.integrator.y, self.integrator.yp)
+                delays.step(self.integrator.t)
             since += 1
             self.time = self.integrator.t
             if not self.snapshots or self.time > self.snapshots[-1][0] + self.spacing:
@@ -293,6 +305,29 @@ class Run:
                     self.reselections += 1
         self.time = limit
         return Reached.LIMIT, done
+
+    @property
+    def _delays(self) -> Delays | None:
+        events = self.current.events if self.current is not None else None
+        return events.delays if events is not None else None
+
+    def _show(self, t: float, y: Array, yp: Array) -> None:
+        """Let the kernels of events see a point."""
+        assert self.current is not None
+        n, w = self.current.layout.n, self.current.native.problem.w
+        w[TIME_POSITION] = t
+        w[Y_POSITION : Y_POSITION + n] = y
+        w[Y_POSITION + n : Y_POSITION + 2 * n] = yp
+
+    def _store_delayed(self, delays: Delays, times: Array, y: Array, yp: Array) -> None:
+        """Store points, each with the delayed values of its time."""
+        assert self.current is not None and self.current.events is not None
+        for k, t in enumerate(times.tolist()):
+            self._show(t, y[k], yp[k])
+            delays.show(t)
+            self.recorder.hold(self.current.events.held)
+            rows = slice(k, k + 1)
+            self.recorder.store(self.current.observer, times[rows], y[rows], yp[rows])
 
     def fail(self, error: AcausalError) -> None:
         """End the run; what is stored is kept."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from heapq import heappop, heappush
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,6 +30,20 @@ class Schedule:
         self._count: Array = np.maximum(np.ceil(passed - 1e-12), 0.0)
         self._times: Array = self._first + self._count * self._interval
         self._next_sample = float(self._times.min(initial=np.inf))
+        self._jumps: list[float] = []
+
+    def add_jumps(self, times: Array) -> None:
+        """Take note of jumps of delayed values."""
+        for time in times.tolist():
+            heappush(self._jumps, time)
+
+    def has_jump(self, time: float) -> bool:
+        """Tell whether delayed values jump now, and forget these jumps."""
+        found = False
+        while self._jumps and self._jumps[0] <= time + SAME_TIME * max(abs(time), 1e-3):
+            heappop(self._jumps)
+            found = True
+        return found
 
     def due(self, time: float) -> Ids:
         """Return the held positions of the samples whose time it is, and go on to their next."""
@@ -41,6 +57,7 @@ class Schedule:
 
     def next_time(self, kernels: EventKernels) -> float:
         """Return the next time, ``inf`` if there is none; relations have just been prepared."""
+        known = min(self._next_sample, self._jumps[0]) if self._jumps else self._next_sample
         if not kernels.states.any_scheduled:
-            return self._next_sample
-        return min(self._next_sample, float(kernels.states.next.min()))
+            return known
+        return min(known, float(kernels.states.next.min()))
