@@ -97,7 +97,7 @@ def delay_function(name: str = "acausal_delays") -> Function:
                 y = 1.0 - x
                 end, end_slope = f.load(values, after), f.load(slopes, after)
                 bend = y * (slope * h - (end - value)) - x * (end_slope * h - (end - value))
-                result.set(y * value + x * end + x * y * bend)
+                result.set(value + x * (end - value) + x * y * bend)
         f.store(w, f.wide(f.load(positions, k, "i32")), result)
     return f
 

@@ -17,7 +17,7 @@ from acausal.simulation.event_handler import EventHandler
 from acausal.simulation.folds import Folds
 from acausal.simulation.output import Recorder, output_times
 from acausal.simulation.request import Request
-from acausal.simulation.run import Reached, Run
+from acausal.simulation.run import SNAPSHOTS, Reached, Run
 from acausal.simulation.start import start_values
 from acausal.simulation.states import StateSelector
 from acausal.simulation.system import System
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 DEFAULT_TOLERANCE = 1e-6
-#: Spacing of the points that a motion over a singular position starts from, as a share of a run.
-SNAPSHOTS = 2e-4
 
 
 def simulate(system: System, request: Request) -> Result:

@@ -37,6 +37,10 @@ MOST_STEPS = 20_000_000
 #: nothing, up to the second number, which a look at fewer columns than that does not reach:
 #: small systems are cheap to look at. A step that fails looks at them, too.
 STEPS_BETWEEN_LOOKS = (3, 64)
+#: Spacing of the points that a motion over a singular position starts from, as a share of a run.
+SNAPSHOTS = 2e-4
+#: Longest step where values are delayed, as a share of a run.
+HISTORY = 2e-3
 
 #: Numbers that may be spent on keeping earlier choices of states ready for use.
 KEPT = 4_000_000
@@ -260,7 +264,7 @@ class Run:
         longest = min(max(self.selector.columns, pause), STEPS_BETWEEN_LOOKS[1])
         delays = self._delays
         while self.integrator.t < limit:
-            ahead = limit if delays is None else min(limit, self.integrator.t + delays.shortest)
+            ahead = limit if delays is None else min(limit, self.integrator.t + self._longest(delays))
             step = self.integrator.step(ahead)
             if step.status in (Status.FAILED, Status.INTERRUPTED):
                 values = self.values()
@@ -305,6 +309,10 @@ class Run:
                     self.reselections += 1
         self.time = limit
         return Reached.LIMIT, done
+
+    def _longest(self, delays: Delays) -> float:
+        """Return the longest step with delays: histories have to show what they delay."""
+        return min(delays.shortest, HISTORY * self.spacing / SNAPSHOTS)
 
     @property
     def _delays(self) -> Delays | None:
