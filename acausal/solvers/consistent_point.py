@@ -234,6 +234,12 @@ class _Klu(_Linear):
             (lib.SUNSparseMatrix_Data(matrix), values[: self._entries]),
         ):
             ctypes.memmove(place, array.ctypes.data, array.nbytes)
+        if int(lib.SUNLinSolSetup(self._solver, matrix)) == 0:
+            return True
+        # A pivot of the matrix before has become zero: choose others.
+        lib.SUNLinSol_KLUReInit(
+            self._solver, matrix, max(self._entries, 1), binding.KLU_REINIT_PARTIAL
+        )
         return int(lib.SUNLinSolSetup(self._solver, matrix)) == 0
 
     def solve(self, right: Array) -> Array:

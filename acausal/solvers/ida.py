@@ -253,6 +253,9 @@ class IDAIntegrator:
         self._free_matrix()
         self._matrix, self._linear_solver = matrix, solver
         words[Word.MATRIX], words[Word.LINEAR_SOLVER] = matrix, solver
+        words[Word.LINEAR_FLAG] = lib.address("SUNLinSolLastFlag")
+        keeps = lib.keeps_pivots and not dense
+        words[Word.NEW_PIVOTS] = lib.address("SUNLinSol_KLUReInit") if keeps else 0
         self._pattern = (problem.indptr, problem.indices)
 
     def _check(self, flag: int) -> None:

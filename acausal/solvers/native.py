@@ -16,6 +16,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.solvers.sundials.binding import KLU_REINIT_PARTIAL
+
 #: An interpolated point is good when its last correction was so small, in tolerances.
 NEWTON_LIMIT: Final = 0.1
 NEWTON_ITERATIONS: Final = 4
@@ -65,6 +67,8 @@ class Word(IntEnum):
     LINEAR_SOLVER = auto()
     MATRIX = auto()
     SETUP_LINEAR = auto()  #: SUNLinSolSetup
+    LINEAR_FLAG = auto()  #: SUNLinSolLastFlag
+    NEW_PIVOTS = auto()  #: SUNLinSol_KLUReInit, 0 for another linear solver
     MATRIX_ZERO = auto()  #: SUNMatZero
     JACOBIAN_CALLBACK = auto()  #: IDA's Jacobian callback for the matrix in use
     NORM = auto()  #: N_VWrmsNorm
@@ -281,10 +285,26 @@ go:
         )
 
     def sparse(bits: int) -> str:
+        # KLU keeps its pivots. Where one of them has become zero (beyond a kink) it fails, although
+        # the matrix is regular, and would do so for ever: let it choose others the next time.
         # SUNDIALS clears the pattern together with the values: write it again.
         size = bits // 8
         before = (
-            load("get_p", Word.SPARSE_INDPTR)
+            load("new_pivots", Word.NEW_PIVOTS)
+            + load("last_flag", Word.LINEAR_FLAG)
+            + load("solver", Word.LINEAR_SOLVER)
+            + f"""  %can = icmp ne ptr %new_pivots, null
+  br i1 %can, label %ask, label %write
+ask:
+  %last = call i32 %last_flag(ptr %solver)
+  %failed = icmp ne i32 %last, 0
+  br i1 %failed, label %choose, label %write
+choose:
+  call i32 %new_pivots(ptr %solver, ptr %J, i64 %nnz, i32 {KLU_REINIT_PARTIAL})
+  br label %write
+write:
+"""
+            + load("get_p", Word.SPARSE_INDPTR)
             + load("get_i", Word.SPARSE_INDICES)
             + load("p", Word.INDPTR)
             + load("i", Word.INDICES)

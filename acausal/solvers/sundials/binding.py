@@ -33,6 +33,7 @@ IDA_YA_YDP_INIT = 1
 
 CSC_MATRIX = 0
 KLU_AMD = 0
+KLU_REINIT_PARTIAL = 2
 
 _P = c_void_p
 _I = c_int64
@@ -62,9 +63,11 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...], str | None]] = {
     "SUNLinSol_Dense": (_P, (_P, _P, _P), None),
     "SUNLinSol_KLU": (_P, (_P, _P, _P), "sunlinsolklu"),
     "SUNLinSol_KLUSetOrdering": (_N, (_P, _N), "sunlinsolklu"),
+    "SUNLinSol_KLUReInit": (_N, (_P, _P, _I, _N), "sunlinsolklu"),
     "SUNLinSol_SuperLUMT": (_P, (_P, _P, _N, _P), "sunlinsolsuperlumt"),
     "SUNLinSol_SuperLUMTSetOrdering": (_N, (_P, _N), "sunlinsolsuperlumt"),
     "SUNLinSolSetup": (_N, (_P, _P), None),
+    "SUNLinSolLastFlag": (_I, (_P,), None),
     "SUNMatZero": (_N, (_P,), None),
     "SUNLinSolSolve": (_N, (_P, _P, _P, _P, _D), None),
     "SUNLinSolFree": (_N, (_P,), None),
@@ -150,6 +153,11 @@ class Binding:
                 self.SUNLinSol_KLUSetOrdering(solver, KLU_AMD)
             return solver
         return int(self.SUNLinSol_SuperLUMT(vector, matrix, 1, context) or 0)
+
+    @property
+    def keeps_pivots(self) -> bool:
+        """Whether the sparse linear solver is KLU, which keeps its pivots."""
+        return self.sundials.location.sparse == "klu"
 
     def _index_bytes(self) -> int:
         """Find the width of ``sunindextype`` from the column pointers of a unit matrix."""
