@@ -393,3 +393,24 @@ equation
     assert len(jumps) >= 3
     # from 10 V to -10 V on the way up, back on the way down
     assert drive[jumps] == pytest.approx(threshold * np.sign(out[jumps]), abs=1e-4)
+
+
+@pytest.mark.parametrize(("kind", "variable"), [("Voltage", "v"), ("Current", "i")])
+def test_source_with_a_table(kind: str, variable: str) -> None:
+    result = run(
+        f"""
+  electrical.Table{kind} source(table = [0, 1; 0.4, 3; 0.4, -2; 0.8, -2; 1, 0],
+    offset = 1, startTime = 0.1[s]);
+  electrical.Resistor load(R = 2[Ohm]);
+  electrical.Ground ground;
+equation
+  connect(source.p, load.p);
+  connect(source.n, load.n, ground.p);
+""",
+        points=107,
+    )
+    times = result.times - 0.1
+    table = np.interp(times, [0, 0.4, 0.4 + 1e-12, 0.8, 1], [1, 3, -2, -2, 0])
+    expected = 1 + np.where(times < 0, 0, table)
+    away = np.min(np.abs(times[:, None] - np.array([0, 0.4])), axis=1) > 1e-9
+    assert values(result, f"source.{variable}")[away] == pytest.approx(expected[away], abs=1e-9)
