@@ -16,6 +16,9 @@ from acausal.assembly.problem import KernelCall
 from acausal.codegen.delays import DelayTable
 from acausal.codegen.kernels import Kernel
 from acausal.codegen.sequence import NativeSequence
+from acausal.elimination.families import variable_slots
+from acausal.expressions.nodes import TIME
+from acausal.expressions.traverse import depends_on
 from acausal.flattening.model import Hybrid
 
 Array = NDArray[np.float64]
@@ -30,6 +33,7 @@ class Delays:
 
     Attributes:
         table: Their histories.
+        moving: Some change between events; otherwise histories only grow at events.
     """
 
     def __init__(
@@ -49,6 +53,10 @@ class Delays:
             (first + hybrid.delay_places).astype(np.int32),
             hybrid.delay_maxima,
             [KernelCall(kernel, index, target, nothing) for kernel, index, target in times],
+        )
+        self.moving = any(
+            bool(variable_slots(f)) or depends_on(f.template, TIME)
+            for f in (*hybrid.delays, *hybrid.delay_times)
         )
         self._w = w
         self._places = first + hybrid.delay_places
@@ -96,6 +104,8 @@ class Delays:
         jumped = np.abs(after - before) > JUMP * size
         if not jumped.any():
             return np.zeros(0)
+        if self.table.last_time < time:
+            self.table.append(time, before)
         self.table.append(time, after)
         times: Array = np.unique(time + self.table.delays[jumped])
         return times

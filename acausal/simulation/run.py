@@ -317,7 +317,9 @@ class Run:
     @property
     def _delays(self) -> Delays | None:
         events = self.current.events if self.current is not None else None
-        return events.delays if events is not None else None
+        if events is None or events.delays is None or not events.delays.moving:
+            return None
+        return events.delays
 
     def _show(self, t: float, y: Array, yp: Array) -> None:
         """Let the kernels of events see a point."""
