@@ -264,7 +264,9 @@ class Run:
         longest = min(max(self.selector.columns, pause), STEPS_BETWEEN_LOOKS[1])
         delays = self._delays
         while self.integrator.t < limit:
-            ahead = limit if delays is None else min(limit, self.integrator.t + self._longest(delays))
+            ahead = limit
+            if delays is not None:
+                ahead = min(limit, self.integrator.t + self._longest(delays))
             step = self.integrator.step(ahead)
             if step.status in (Status.FAILED, Status.INTERRUPTED):
                 values = self.values()
