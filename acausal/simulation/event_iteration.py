@@ -98,7 +98,7 @@ class EventIteration:
 
     def first(self, continuous: Continuous, time: float) -> None:
         """Settle the first instant: relations as they are, no when fires but those of initial."""
-        kernels, hybrid, n = self.kernels, self.kernels.hybrid, self._n
+        kernels, hybrid = self.kernels, self.kernels.hybrid
         held = kernels.held
         held[hybrid.initial_flag] = 1.0
         kernels.assign_initial_pre()
@@ -112,7 +112,6 @@ class EventIteration:
             self._combined(continuous, time, True, np.zeros(0, np.int64), error)
         kernels.assign_initial_pre()  # may say: as the continuous values are
         self.as_they_are()
-        held[n + hybrid.conditions] = held[hybrid.conditions]
         self._rounds(continuous, time, once=hybrid.initial_flag, initial=True)
         self._end_of_event()
 
@@ -120,6 +119,9 @@ class EventIteration:
         """Hold everything at what the continuous values say, without hysteresis."""
         kernels = self.kernels
         kernels.remember_limits()
+        # As if all conditions had been true before: nothing fires but what initial() fires. The
+        # first round ends this, its conditions become those before the second one.
+        kernels.held[self._n + kernels.hybrid.conditions] = 1.0
         if kernels.delays is not None:
             kernels.delays.begin()
         for _ in range(2):  # relations may stand inside of relations
