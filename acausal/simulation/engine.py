@@ -109,7 +109,9 @@ def _go(run: Run, handler: EventHandler | None, times: Array, stop: float) -> No
     run.spacing = SNAPSHOTS * (stop - run.time)
     while run.time < stop:
         limit = stop if handler is None else min(handler.limit, stop)
-        last = int(np.searchsorted(times, limit, "right"))
+        last = done  # between events that follow each other closely there is nothing to store
+        if done < len(times) and times[done] <= limit:
+            last = int(np.searchsorted(times, limit, "right"))
         if limit > run.time:
             reached, stored = run.integrate(times[done:last], limit)
             done += stored
