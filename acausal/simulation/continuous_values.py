@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 #: The first position of the values of ids in the work vector of the first instant.
 VALUES = 2
+#: Least distance of a difference in time, as a share of the time.
+LEAST_INSTANT = 1e-11
 
 
 def start_vector(system: System, more: int, time: float) -> Array:
@@ -145,6 +147,26 @@ class RunValues:
         """Find algebraic values and derivatives for what is held now, the states unchanged."""
         if self._integrator().consistent(time, self.y, self.yp) < 0:
             self.solve_robustly(time)
+        self.show()
+
+    def find_slopes(self, time: float, instant: float) -> None:
+        """Find the derivatives of the unknowns of a model without states.
+
+        They predict the first step. A current that commutates between two diodes rises by all it
+        has within nanoseconds; without its slope no first step is short enough. Where there are
+        states, they alone control the step.
+
+        Args:
+            time: Seconds.
+            instant: Distance over which a difference is taken, seconds.
+        """
+        if len(self.layout.states):
+            return
+        step = max(instant, LEAST_INSTANT * abs(time))
+        ahead = self.y.copy()
+        if self._integrator().consistent(time + step, ahead, np.zeros_like(ahead)) >= 0:
+            self.yp[:] = (ahead - self.y) / step
+        self.w[TIME_POSITION] = time
         self.show()
 
     def solve_robustly(self, time: float) -> None:

@@ -29,6 +29,8 @@ Array = NDArray[np.float64]
 #: So many state events within this share of the run are no motion any more.
 CHATTERING = 200
 CHATTERING_SHARE = 1e-6
+#: Share of the run over which slopes are found by a difference.
+INSTANT = 1e-10
 #: So often one relation has changed among them.
 OFTEN = 20
 #: Changes of relations whose texts are kept.
@@ -56,6 +58,7 @@ class EventHandler:
         self._texts: EventTexts | None = None
         self._known_texts: dict[bytes, str] = {}
         self._recent: deque[tuple[float, int]] = deque(maxlen=CHATTERING)
+        self._instant = INSTANT * (run.stop - start)
         self._shortest = CHATTERING_SHARE * (run.stop - start)
         self.next_time = np.inf
         self.warned: set[int] = set()
@@ -239,6 +242,7 @@ class EventHandler:
                 run.reselections += 1
                 self._present()[3].take(time, *self._point())
                 return
+        values.find_slopes(time, self._instant)
         run.begin_at(time, values.y, values.yp)
 
     def _point(self) -> tuple[Array, Array]:

@@ -48,6 +48,8 @@ _STATUS = {Code.STEPPED: Status.STEPPED, Code.REACHED: Status.REACHED, Code.ROOT
 DENSE_LIMIT = {"klu": 12, "superlumt": 25}
 #: Failures in a row at the same error test or Newton iteration before IDA gives up a step.
 MAX_FAILURES = 20
+#: Round-off in time, in units of its own, that an unknown is allowed to feel.
+NOISE = 64.0
 #: First steps tried after a failure, as fractions of the distance to the limit, and whether
 #: the algebraic unknowns are computed anew before.
 LADDER = ((1e-6, False), (1e-10, False), (1e-6, True), (1e-10, True), (1e-13, True))
@@ -187,6 +189,8 @@ class IDAIntegrator:
         words[Word.SUPPRESSED] = suppressed
         lib.IDASetSuppressAlg(memory, int(suppressed))
         relative, self._tolerance[:] = ida_tolerances(self._options, problem)
+        self._least_tolerance = self._tolerance.copy()
+        self._raised = False
         self._frame.doubles[Word.RELATIVE] = relative
         self._check(lib.IDASVtolerances(memory, relative, tolerance))
         if not self._same_pattern(system):
@@ -352,6 +356,8 @@ class IDAIntegrator:
         self.y[:] = y
         self.yp[:] = yp
         self._attempt = 0
+        if self._frame.words[Word.SUPPRESSED] == 0:
+            self._tolerate_noise(t)
         self._start(t)
         if problem is not None:
             system = native_system(problem)
@@ -359,6 +365,16 @@ class IDAIntegrator:
                 raise ValueError("the new problem has another size")
             self._attach(system)
             self._consistent_point = None
+
+    def _tolerate_noise(self, t: float) -> None:
+        """Ask no unknown for more digits than time has; some change by much in nanoseconds."""
+        noise = NOISE * _UNIT_ROUNDOFF * abs(t) * np.abs(self.yp)
+        raised = bool((noise > self._least_tolerance).any())
+        if raised or self._raised:
+            np.maximum(self._least_tolerance, noise, out=self._tolerance)
+            relative = float(self._frame.doubles[Word.RELATIVE])
+            self._check(self._c.IDASVtolerances(self._memory, relative, self._vectors[3]))
+        self._raised = raised
 
     def consistent(self, t: float, y: Array, yp: Array) -> int:
         """Solve for algebraic unknowns and derivatives; see the protocol."""
