@@ -9,7 +9,12 @@ from scipy import signal
 from tests.library.blocks_runs import run, values
 
 T = np.linspace(0, 1, 20001)
-KINDS = {"LowPass": "lowpass", "HighPass": "highpass", "BandPass": "bandpass", "BandStop": "bandstop"}
+KINDS = {
+    "LowPass": "lowpass",
+    "HighPass": "highpass",
+    "BandPass": "bandpass",
+    "BandStop": "bandstop",
+}
 
 
 def design(kind: str, order: int, pass_: str, low: float, high: float) -> tuple[object, object]:

@@ -334,3 +334,62 @@ equation
         stop_time=10,
     )
     assert result.times[-1] == pytest.approx(np.log(2), abs=1e-7)
+
+
+def test_routing() -> None:
+    result = run(
+        """
+  blocks.Ramp ramp(duration = 1);
+  blocks.Replicator copies(nout = 3);
+  blocks.ExtractSignal some(nin = 3, nout = 2, extract = {3, 1});
+  blocks.Multiplex2 both(n1 = 2, n2 = 1);
+  blocks.DeMultiplex2 apart(n1 = 1, n2 = 2);
+  blocks.IntegerStep index(offset = 2, height = -1, startTime = 0.5);
+  blocks.Extractor extractor(nin = 3);
+  blocks.BooleanReplicator truths(nout = 2);
+equation
+  connect(ramp.y, copies.u);
+  some.u = {1, 2, 3};
+  connect(some.y, both.u1);
+  both.u2 = {ramp.y};
+  connect(both.y, apart.u, extractor.u);
+  connect(index.y, extractor.index);
+  truths.u = time > 0.5;
+"""
+    )
+    t = np.asarray(result.times)
+    assert values(result, "copies.y[3]") == pytest.approx(t, abs=1e-12)
+    assert [values(result, f"both.y[{k}]")[0] for k in (1, 2, 3)] == [3, 1, 0]
+    assert values(result, "apart.y1[1]")[0] == 3
+    assert values(result, "apart.y2[2]") == pytest.approx(t, abs=1e-12)
+    assert jumps(result, "extractor.y") == [(0.5, 3)]
+    assert jumps(result, "truths.y[2]") == [(0.5, 1)]
+
+
+def test_plane_vectors_and_angles() -> None:
+    result = run(
+        """
+  blocks.PolarToRectangular there;
+  blocks.RectangularToPolar back;
+  blocks.Pythagoras side, leg(u1IsHypotenuse = true);
+  blocks.WrapAngle wrapped, positive(positiveRange = true);
+  Real phi(unit = "rad") = 10[rad/s]*time;
+equation
+  there.u_abs = 2;
+  there.u_arg = phi;
+  connect(there.y_re, back.u_re, side.u1, leg.u2);
+  connect(there.y_im, back.u_im, side.u2);
+  connect(side.y, leg.u1);
+  wrapped.u = phi;
+  positive.u = phi;
+"""
+    )
+    t = np.asarray(result.times)
+    away = np.abs((10 * t + np.pi) % (2 * np.pi)) > 1e-9
+    angle = (10 * t + np.pi) % (2 * np.pi) - np.pi
+    assert values(result, "back.y_abs") == pytest.approx(2, abs=1e-12)
+    assert values(result, "back.y_arg")[away] == pytest.approx(angle[away], abs=1e-9)
+    assert values(result, "wrapped.y")[away] == pytest.approx(angle[away], abs=1e-9)
+    assert values(result, "leg.y") == pytest.approx(2 * np.abs(np.sin(10 * t)), abs=1e-6)
+    wraps = np.flatnonzero(np.diff(values(result, "positive.y")) < -6)
+    assert t[wraps] == pytest.approx([2 * np.pi / 10], abs=1e-12)

@@ -134,7 +134,10 @@ equation
     if extrapolation == "HoldLastPoint":
         u, v = np.clip(u, 0, 30), np.clip(v, 1, 5)
     surface = interpolate.RegularGridInterpolator(
-        (x1, x2), z, bounds_error=False, fill_value=None  # type: ignore[arg-type]
+        (x1, x2),
+        z,
+        bounds_error=False,
+        fill_value=None,  # type: ignore[arg-type]
     )
     expected = surface(np.stack([u, v], axis=1))
     assert values(result, "table.y") == pytest.approx(expected, abs=1e-9)
