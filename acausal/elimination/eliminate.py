@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from acausal.elimination.alias_rows import (
 from acausal.elimination.attributes import merged_attributes
 from acausal.elimination.carried import named_variables, restored
 from acausal.elimination.families import row_counts, use_counts, used_variables, variable_slots
+from acausal.elimination.hidden_sums import with_sums_of_states
 from acausal.elimination.locals import choose_definitions, put_in
 from acausal.elimination.outputs import sweep_outputs
 from acausal.elimination.rewriting import rewritten
@@ -83,6 +84,8 @@ class Elimination:
         redundant_rows: Rows of the original model that say what others say already, ascending.
             Each of them leaves an unknown without an equation.
         counts: Statistics.
+        recombined: Rows of the original model to which others were added, ascending; see
+            :mod:`acausal.elimination.hidden_sums`.
     """
 
     model: FlatModel
@@ -94,6 +97,7 @@ class Elimination:
     active: NDArray[np.bool_]
     redundant_rows: Ids
     counts: Counts
+    recombined: Ids = field(default_factory=lambda: np.zeros(0, np.int64))
 
 
 def eliminate(
@@ -124,6 +128,7 @@ def eliminate(
         regular = _merged_once(regular, model.names) or regular
         whole, warnings = freed_starts(whole, regular, model.names)
         model = replace(model, warnings=(*model.warnings, *warnings))
+    whole, recombined = with_sums_of_states(whole)
     parameters = _divisible(model) if divide_by_parameters else None
     while True:
         # Most variables and rows are gone now. What is left is numbered anew for the rounds. It is
@@ -143,7 +148,7 @@ def eliminate(
         if needed.shape[0] == 0:
             final = expanded(system, whole, model)
             del system, whole
-            return _finish(model, final, rounds)
+            return replace(_finish(model, final, rounds), recombined=recombined)
         kept[needed] = True
 
 

@@ -68,8 +68,10 @@ class StartValues:
         parameters = self.parameters
         if self._solved_for is not None and np.array_equal(parameters, self._solved_for):
             return
-        self._solved_for = parameters.copy()
-        self.start = initialize(replace(self._start_system, parameters=self._solved_for), time)
+        held = parameters.copy()
+        self._solved_for = None
+        self.start = initialize(replace(self._start_system, parameters=held), time)
+        self._solved_for = held
         self._w[TIME_POSITION] = time
         self.values[:] = self.start.values
 

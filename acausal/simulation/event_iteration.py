@@ -51,6 +51,10 @@ class Continuous(Protocol):
         """Give continuous variables new values, see ``Hybrid.reinits``."""
 
 
+#: Codes of initial conditions that contradict each other or are too few.
+CONDITIONS = {"I010", "I011"}
+
+
 class EndlessError(Exception):
     """The event iteration does not settle.
 
@@ -109,7 +113,12 @@ class EventIteration:
             self._solve(continuous, time)
         except AcausalError as error:
             # The start values may lie in a mode in which there is no solution.
-            self._combined(continuous, time, True, np.zeros(0, np.int64), error)
+            try:
+                self._combined(continuous, time, True, np.zeros(0, np.int64), error)
+            except EndlessError:
+                if error.diagnostics[0].code in CONDITIONS:
+                    raise error from None
+                raise
         kernels.assign_initial_pre()  # may say: as the continuous values are
         self.as_they_are()
         self._rounds(continuous, time, once=hybrid.initial_flag, initial=True)
@@ -259,11 +268,13 @@ class EventIteration:
         acting = np.flatnonzero(kernels.fires)
         values = kernels.reinit_values
         ending = self.accumulation.ending(acting, values, time)
-        if len(ending):
-            self._come_to_rest(continuous, acting, ending, time)
-        else:
+        if not len(ending):
+            before = kernels.values_of(kernels.hybrid.reinits.states[acting])
             continuous.reinit(acting, values, time)
             self._solve(continuous, time)
+            ending = self.accumulation.too_weak(acting, before, kernels)
+        if len(ending):
+            self._come_to_rest(continuous, acting, ending, time)
         return True
 
     def _come_to_rest(self, continuous: Continuous, acting: Ids, ending: Ids, time: float) -> None:

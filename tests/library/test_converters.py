@@ -89,6 +89,37 @@ equation
     assert min(np.min(values(result, f"line[{k}].i")) for k in (1, 2, 3)) > -1e-2
 
 
+def test_six_diodes_behind_coils() -> None:
+    # the currents of the coils add up to zero: two states, not three
+    result = run(
+        SOURCES
+        + """
+  electrical.Inductor line[3](each L = 1e-3[H], i(each start = 0));
+  electrical.IdealDiode upper[3], lower[3];
+  electrical.Inductor choke(L = 0.5[H], i(start = 15, fixed = true));
+  electrical.Resistor load(R = 10[Ohm]);
+  electrical.Ground ground;
+equation
+  connect(source.p, line.p);
+  for k in 1:3 loop
+    connect(source[k].n, ground.p);
+    connect(line[k].n, upper[k].p, lower[k].n);
+    connect(upper[k].n, choke.p);
+    connect(lower[k].p, load.n);
+  end for;
+  connect(choke.n, load.p);
+""",
+        0.4,
+        points=20001,
+    )
+    assert len(result.states) == 3
+    current = mean(result, "load.i", 0.38)
+    expected = (3 * np.sqrt(3) * 100 - 3 * OMEGA * 1e-3 * current) / np.pi
+    assert mean(result, "load.v", 0.38) == pytest.approx(expected, rel=1e-3)
+    balance = sum(values(result, f"line[{k}].i") for k in (1, 2, 3))
+    assert balance == pytest.approx(0, abs=1e-9)
+
+
 @pytest.mark.parametrize("degrees", [20, 60, 110])
 def test_six_thyristors_with_a_current_source(degrees: int) -> None:
     # the mean falls with the cosine of the firing angle, below zero beyond 90 degrees
