@@ -82,7 +82,7 @@ def with_rests(model: FlatModel) -> FlatModel:
             start=start,
             relations=(*hybrid.relations, *relations),
             relevant=np.concatenate([hybrid.relevant, np.repeat([True, False], [k, 2 * k])]),
-            rests=Rests(chosen, at_rest, sign, supported),
+            rests=Rests(chosen, derivative, at_rest, sign, supported),
         ),
     )
 

@@ -314,12 +314,14 @@ class Rests:
 
     Attributes:
         reinits: Numbers of the reinits, shape ``(k,)``.
+        accelerations: Ids of the derivatives of their variables, shape ``(k,)``.
         at_rest: Held positions of the flags, shape ``(k,)``.
         sign: Held positions of the sign with which the support acts, shape ``(k,)``.
         supported: Held positions of the relations ``support > 0``, shape ``(k,)``.
     """
 
     reinits: Ids
+    accelerations: Ids
     at_rest: Ids
     sign: Ids
     supported: Ids

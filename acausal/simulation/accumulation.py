@@ -7,6 +7,9 @@ no time, the velocity is set to zero, and the body rests (:mod:`acausal.eliminat
 
 Until then a step of the integrator must not leap over a whole flight, at both ends of which
 the height is zero: after every impact it is stopped once, early in the flight to come.
+
+A body that does not get off what it has met by more than its relation can tell, as with a
+restitution of zero, would go on through it: it rests at once.
 """
 
 from __future__ import annotations
@@ -14,8 +17,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.flattening.model import Hybrid, Ids
+from acausal.flattening.model import EquationFamily, Hybrid, Ids, Operand
 from acausal.simulation.event_kernels import EventKernels
+from acausal.simulation.relations import SHARE as HYSTERESIS
 
 Array = NDArray[np.float64]
 
@@ -27,6 +31,8 @@ SHARE_OF_TOLERANCE = 1e-2
 EARLY = 0.1
 #: Impacts in a row, each sooner and weaker than the one before.
 LEAST = 5
+#: A body is next to what it has met within this multiple of what its relation can tell.
+NEXT_TO = 10.0
 
 
 class Accumulation:
@@ -37,7 +43,9 @@ class Accumulation:
     """
 
     def __init__(self, hybrid: Hybrid, tolerance: float) -> None:
+        self._hybrid = hybrid
         self._rests = hybrid.rests
+        self._causes: dict[int, Ids] = {}
         self._share = max(SHARE, SHARE_OF_TOLERANCE * tolerance)
         self.early = np.inf
         n = hybrid.reinits.count
@@ -79,6 +87,39 @@ class Accumulation:
         ending: Ids = acting[ends]
         return ending
 
+    def too_weak(self, acting: Ids, before: Array, kernels: EventKernels) -> Ids:
+        """Return the reinits after which a body does not get off what it has met.
+
+        Args:
+            acting: Numbers of the reinits that have acted.
+            before: Velocities before, shape of ``acting``.
+            kernels: The discrete equations, after it.
+        """
+        if self._rests is None:
+            return acting[:0]
+        known = self._number[acting] >= 0
+        acting, before = acting[known], before[known]
+        velocity = kernels.values_of(self._hybrid.reinits.states[acting])
+        acceleration = kernels.values_of(self._rests.accelerations[self._number[acting]])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            height = 0.5 * velocity**2 / np.abs(acceleration)
+        if not (pressed := acceleration * before > 0.0).any():
+            return acting[:0]
+        kernels.look()
+        states = kernels.states
+        for k in np.flatnonzero(pressed).tolist():
+            met = self._met(int(acting[k]))
+            reach = NEXT_TO * HYSTERESIS * states.largest[met]
+            reach = reach[np.abs(states.g[met]) <= reach]
+            pressed[k] = height[k] <= reach.max(initial=-1.0)
+        return acting[pressed]
+
+    def _met(self, reinit: int) -> Ids:
+        """Return the relations that make a reinit act."""
+        if reinit not in self._causes:
+            self._causes[reinit] = relations_behind(self._hybrid, reinit)
+        return self._causes[reinit]
+
     def begin_rest(self, ending: Ids, kernels: EventKernels) -> None:
         """Hold the bodies of some reinits at rest."""
         assert self._rests is not None
@@ -108,3 +149,36 @@ class Accumulation:
             return False
         held[self._rests.at_rest[ends]] = 0.0
         return True
+
+
+def relations_behind(hybrid: Hybrid, reinit: int) -> Ids:
+    """Return the numbers of the relations that the condition of a reinit is made of."""
+    assigned = {
+        int(row): (family, k)
+        for family in hybrid.assignments
+        for k, row in enumerate(family.rows.tolist())
+    }
+    relation_at: dict[int, int] = {}
+    for relation in hybrid.relations:
+        for row in relation.family.rows.tolist():
+            relation_at[row] = len(relation_at)
+    waiting = [
+        (family, k)
+        for family in hybrid.reinits.fires
+        for k in np.flatnonzero(family.rows == reinit).tolist()
+    ]
+    seen: set[int] = set()
+    while waiting:
+        for place in _held_places(*waiting.pop(), hybrid.first):
+            if place not in seen:
+                seen.add(place)
+                waiting += [assigned[place]] if place in assigned else []
+    return np.array(sorted(relation_at[p] for p in seen if p in relation_at), np.int64)
+
+
+def _held_places(family: EquationFamily, member: int, first: int) -> list[int]:
+    return [
+        int(ids[member]) - first
+        for kind, ids in zip(family.kinds, family.operands, strict=True)
+        if kind == Operand.PARAMETER and ids[member] >= first
+    ]

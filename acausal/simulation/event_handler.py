@@ -145,6 +145,7 @@ class EventHandler:
         values.take(time, integrator.y, integrator.yp)
         expected, jumped = self._delayed(kernels, time)
         before = kernels.relation_values()
+        resting = self._resting(kernels)
         relations = None
         if is_root:
             relations = kernels.states.after_roots(before, integrator.roots_found)
@@ -182,9 +183,7 @@ class EventHandler:
             return True
         run.record_here()  # the integrator still stands before the event
         self._describe(kernels, time, before, relations)
-        for reinit in iteration.rested.tolist():
-            name = run.system.names.variable(int(self._hybrid.reinits.wanted[reinit]))
-            run.events.append(Event(time, f"impacts accumulate: {name} comes to rest"))
+        self._describe_rests(kernels, iteration, time, resting)
         if iteration.solved:
             self._restart(time, values)
             if kernels.delays is not None:
@@ -293,18 +292,31 @@ class EventHandler:
                 self._known_texts[key] = text
         self._run.events.append(Event(time, text))
 
+    def _resting(self, kernels: EventKernels) -> Array:
+        rests = self._hybrid.rests
+        return np.zeros(0) if rests is None else kernels.held[rests.at_rest]
+
+    def _describe_rests(
+        self, kernels: EventKernels, iteration: EventIteration, time: float, resting: Array
+    ) -> None:
+        """Add rests that begin and end to the list of events."""
+        events, reinits = self._run.events, self._hybrid.reinits
+        for reinit in iteration.rested.tolist():
+            name = self._run.system.names.variable(int(reinits.wanted[reinit]))
+            events.append(Event(time, f"impacts accumulate: {name} comes to rest"))
+        rests = self._hybrid.rests
+        if rests is None:
+            return
+        for k in np.flatnonzero(resting > self._resting(kernels)).tolist():
+            name = self._run.system.names.variable(int(reinits.wanted[rests.reinits[k]]))
+            events.append(Event(time, f"{name} leaves its rest"))
+
     def _text(self, kernels: EventKernels, changed: Ids) -> str:
         if not len(changed):
             return "time event"
         if self._texts is None:
             self._texts = EventTexts(self._run.system, kernels)
-        first, rests = int(changed[0]), self._hybrid.rests
-        text = self._texts.relation(first)[0]
-        if rests is not None:
-            rest = np.flatnonzero(rests.supported == kernels.states.relations.place[first])
-            if len(rest):
-                wanted = self._hybrid.reinits.wanted[rests.reinits[rest[0]]]
-                text = f"{self._run.system.names.variable(int(wanted))} leaves its rest"
+        text = self._texts.relation(int(changed[0]))[0]
         return text + (f" and {len(changed) - 1} more" if len(changed) > 1 else "")
 
     def _terminate(self, number: int, time: float) -> None:

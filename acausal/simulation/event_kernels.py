@@ -212,6 +212,11 @@ class EventKernels:
         """Remember the differences of the relations as those before the event."""
         self._leave.run()
 
+    def values_of(self, ids: Ids) -> Array:
+        """Return the present values of variables, shape of ``ids``."""
+        found: Array = self.w[self._position[ids]]
+        return found
+
     def look(self, *, exact: bool = False) -> bool:
         """Evaluate the relations; return whether any should be held at another value.
 
