@@ -47,7 +47,7 @@ def test_filter_is_that_of_the_textbook(kind: str, order: int, pass_: str) -> No
         f"""
   blocks.Step step(startTime = 0.1);
   blocks.Filter filter(analogFilter = blocks.AnalogFilter.{kind}, order = {order},
-    filterType = blocks.FilterType.{pass_}, f_min = 2[Hz], f_cut = 5[Hz], normalized = {normalized});
+    filterType = blocks.FilterType.{pass_}, f_min = 2, f_cut = 5, normalized = {normalized});
 equation
   connect(step.y, filter.u);
 """
@@ -70,7 +70,8 @@ def test_normalized_filter_at_its_cut_off_frequency(kind: str, order: int) -> No
     result = run(
         f"""
   blocks.Sine sine(f = 20[Hz]);
-  blocks.Filter filter(analogFilter = blocks.AnalogFilter.{kind}, order = {order}, f_cut = 20[Hz], gain = 2);
+  blocks.Filter filter(analogFilter = blocks.AnalogFilter.{kind}, order = {order},
+    f_cut = 20[Hz], gain = 2);
 equation
   connect(sine.y, filter.u);
 """,

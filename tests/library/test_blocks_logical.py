@@ -34,7 +34,8 @@ equation
 """,
         stop_time=5,
     )
-    expected = [function(x, y) for x, y in zip(values(result, "a.y"), values(result, "b.y"))]  # type: ignore[operator]
+    pairs = zip(values(result, "a.y"), values(result, "b.y"), strict=True)
+    expected = [function(x, y) for x, y in pairs]  # type: ignore[operator]
     assert len(set(expected)) == 2
     assert values(result, "gate.y").tolist() == expected
     assert values(result, "many.y").tolist() == expected
@@ -240,7 +241,7 @@ equation
     )
     # up by 5 per second to 2, down by 10 per second to 1, up again from there
     corners = [(0, 1), (0.1, 1), (0.3, 2), (0.4, 1), (0.8, 3), (1, 3)]
-    expected = np.interp(result.times, *zip(*corners))
+    expected = np.interp(result.times, *zip(*corners, strict=True))
     assert values(result, "trapezoid.y") == pytest.approx(expected, abs=1e-9)
 
 

@@ -160,7 +160,8 @@ def play(u: np.ndarray, width: float, start: float) -> np.ndarray:
 def test_play_follows_and_rests() -> None:
     result = run(
         """
-  Real u = (1 + 0.5[1/s]*time)*sin(2*constants.pi*time*1[1/s]) + 0.3*sin(6*constants.pi*time*1[1/s]);
+  Real phi = 2*constants.pi*time*1[1/s];
+  Real u = (1 + 0.5[1/s]*time)*sin(phi) + 0.3*sin(3*phi);
   blocks.Play play(b = 0.8);
 equation
   play.u = u;
@@ -180,7 +181,7 @@ equation
 def test_play_with_a_jumping_input() -> None:
     result = run(
         """
-  blocks.CombiTimeTable table(table = [0, 0; 1, 2; 1, 0.5; 2, 0.5; 2, -3; 3, -2], 
+  blocks.CombiTimeTable table(table = [0, 0; 1, 2; 1, 0.5; 2, 0.5; 2, -3; 3, -2],
     extrapolation = blocks.Extrapolation.HoldLastPoint);
   blocks.Play play(b = 1);
 equation
@@ -193,7 +194,7 @@ equation
 
 
 def test_relay_oscillates() -> None:
-    # x'' = -relay(x) without hysteresis would rest; with a double integrator the swing is a parabola
+    # up and down with the slope 1, between the two levels
     result = run(
         """
   Real x(start = 0, fixed = true);

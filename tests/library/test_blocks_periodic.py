@@ -28,7 +28,8 @@ def test_number_of_periods() -> None:
         """
   blocks.Pulse pulse(period = 0.1, nperiod = 3);
   blocks.SawTooth saw(period = 0.1, nperiod = 3, startTime = 0.2);
-  blocks.Trapezoid trapezoid(period = 0.1, nperiod = 2, rising = 0.02, width = 0.03, falling = 0.04);
+  blocks.Trapezoid trapezoid(period = 0.1, nperiod = 2, rising = 0.02, width = 0.03,
+    falling = 0.04);
 """
     )
     assert [t for t, _ in jumps(result, "pulse.y")][-5:] == pytest.approx(

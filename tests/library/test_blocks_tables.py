@@ -117,7 +117,8 @@ def test_two_dimensions(extrapolation: str) -> None:
     result = run(
         f"""
   parameter Real Z[3, 4] = [1, 2, 3, 0; 4, 4, 7, 1; 0, 1, 1, -2];
-  blocks.CombiTable2Ds table(table = [0, 1, 2, 4, 5; 0, Z[1, 1], 2, 3, 0; 10, 4, 4, 7, 1; 30, 0, 1, 1, -2],
+  blocks.CombiTable2Ds table(
+    table = [0, 1, 2, 4, 5; 0, Z[1, 1], 2, 3, 0; 10, 4, 4, 7, 1; 30, 0, 1, 1, -2],
     extrapolation = blocks.Extrapolation.{extrapolation});
   Real u = 15 + 25*sin(2[1/s]*time);
   Real v = 3 + 3.5*cos(3.1[1/s]*time);

@@ -116,7 +116,8 @@ def test_alternative_branches() -> None:
   {S}.Alternative choice(nBranches = 2);
   {S}.Step slow, fast, done;
   {S}.Transition take_slow(condition = time > 5), take_fast(condition = time > 1);
-  {S}.Transition end_slow(enableTimer = true, waitTime = 3), end_fast(enableTimer = true, waitTime = 1);
+  {S}.Transition end_slow(enableTimer = true, waitTime = 3);
+  {S}.Transition end_fast(enableTimer = true, waitTime = 1);
   {S}.Transition again(enableTimer = true, waitTime = 10);
 equation
   connect(idle.outPort[1], choice.inPort);
