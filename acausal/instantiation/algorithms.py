@@ -267,7 +267,7 @@ class ModelMemory:
                      help='write when x > 1 then terminate("..."); end when;')  # fmt: skip
             text = format_expression(call)
             self.terminates.append(
-                TerminateDecl(guard, terminate_message(call), Domain(), statement.span, text)
+                TerminateDecl(guard, terminate_message(call, self), Domain(), statement.span, text)
             )
         elif name == "reinit":
             fail("E010", "reinit stands in an algorithm", statement.span,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from acausal.diagnostics import fail
 from acausal.expressions.nodes import ZERO
-from acausal.instantiation.expressions import Environment, elaborate_condition
+from acausal.instantiation.expressions import Environment, elaborate, elaborate_condition
 from acausal.instantiation.template import AssertDecl, Domain
 from acausal.syntax import tree
 from acausal.syntax.formatter import format_expression
@@ -29,10 +29,10 @@ def assertion(call: tree.Call, env: Environment, domain: Domain) -> AssertDecl |
         return None
     warning = len(arguments) == 3 and format_expression(arguments[2]).endswith("warning")
     text = format_expression(arguments[0])
-    return AssertDecl(condition, domain, message(arguments[1]), warning, call.span, text)
+    return AssertDecl(condition, domain, message(arguments[1], env), warning, call.span, text)
 
 
-def terminate_message(call: tree.Call) -> str:
+def terminate_message(call: tree.Call, env: Environment) -> str:
     """Return the message of ``terminate(message)``.
 
     Raises:
@@ -42,13 +42,15 @@ def terminate_message(call: tree.Call) -> str:
     if len(arguments) != 1:
         fail("T120", "terminate takes a message", call.span,
              help='write terminate("the tank is empty")')  # fmt: skip
-    return message(arguments[0])
+    return message(arguments[0], env)
 
 
-def message(expression: tree.Expression) -> str:
+def message(expression: tree.Expression, env: Environment) -> str:
     """Return the fixed part of a message; what String(x) would put in is left out."""
     if isinstance(expression, tree.StringLiteral):
         return expression.value
     if isinstance(expression, tree.Binary):
-        return message(expression.left) + message(expression.right)
+        return message(expression.left, env) + message(expression.right, env)
+    if isinstance(expression, tree.Reference):
+        return elaborate(expression, env).text or "…"
     return "…"

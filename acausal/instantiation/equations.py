@@ -301,7 +301,7 @@ def _call(equation: tree.CallEquation, domain: Domain, env: ClassEnvironment, si
     if name == "reinit":
         add_reinit(equation, domain, env, sink)
     elif name == "terminate":
-        add_terminate(equation, terminate_message(equation.call), domain, sink)
+        add_terminate(equation, terminate_message(equation.call, env), domain, sink)
     elif name == "assert":
         own = assertion(equation.call, env, domain)
         if own is not None:

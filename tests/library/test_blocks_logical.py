@@ -394,3 +394,24 @@ equation
     assert values(result, "leg.y") == pytest.approx(2 * np.abs(np.sin(10 * t)), abs=1e-6)
     wraps = np.flatnonzero(np.diff(values(result, "positive.y")) < -6)
     assert t[wraps] == pytest.approx([2 * np.pi / 10], abs=1e-12)
+
+
+def test_texts_of_parameters_are_in_messages() -> None:
+    body = """
+  Real x(start = 1, fixed = true);
+  blocks.TerminateSimulation low(condition = x < 0.5, terminationText = "x is low");
+equation
+  der(x) = -x;
+"""
+    result = run(body, stop_time=2)
+    assert any("x is low" in event.text for event in result.events)
+    result = run(
+        """
+  Real x(start = 1, fixed = true);
+  blocks.AssertCondition a(condition = x > 0.5, assertionText = "x has become too small");
+equation
+  der(x) = -x;
+""",
+        stop_time=2,
+    )
+    assert "x has become too small" in result.diagnostics[0].message
