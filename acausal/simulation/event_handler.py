@@ -159,7 +159,8 @@ class EventHandler:
             self._finite.check(kernels.held, values, time)
         except EndlessError as reason:
             run.record_here()
-            run.fail(at_event(endless(run.system, kernels, reason, values.values(), time)))
+            error = endless(run.system, kernels, reason, values.values(), time, running=True)
+            run.fail(at_event(error))
             return False
         except AcausalError as error:
             run.record_here()

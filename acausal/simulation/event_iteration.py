@@ -62,13 +62,23 @@ class EndlessError(Exception):
         places: Held positions that change again and again, ascending.
         unsolvable: The relations and the continuous equations contradict in every combination;
             otherwise discrete variables go round in circles.
+        cause: Why the continuous equations could not be solved last, if they could not.
+        not_finite: A discrete variable would get a value that is no number; nothing else counts.
     """
 
-    def __init__(self, places: Ids, unsolvable: bool, cause: AcausalError | None = None) -> None:
+    def __init__(
+        self,
+        places: Ids,
+        unsolvable: bool,
+        cause: AcausalError | None = None,
+        *,
+        not_finite: bool = False,
+    ) -> None:
         super().__init__()
         self.places = places
         self.unsolvable = unsolvable
         self.cause = cause
+        self.not_finite = not_finite
 
 
 class EventIteration:
@@ -201,6 +211,8 @@ class EventIteration:
                 held[once] = 0.0
             if not acted and held[n : 2 * n].tobytes() == held[:n].tobytes():
                 return
+            if not np.isfinite(held[:n]).all():
+                raise EndlessError(np.flatnonzero(~np.isfinite(held[:n])), False, not_finite=True)
             before = held[n : 2 * n].copy()
             held[n : 2 * n] = held[:n]
             self.kernels.remember_limits()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,14 +12,16 @@ from acausal.flattening.model import Ids
 from acausal.simulation.event_iteration import EndlessError
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.event_texts import EventTexts
+from acausal.simulation.not_finite import not_finite
 from acausal.simulation.system import System
 
 Array = NDArray[np.float64]
 
 
 def endless(
-    system: System, kernels: EventKernels, reason: EndlessError, values: Array, time: float
-) -> AcausalError:
+    system: System, kernels: EventKernels, reason: EndlessError, values: Array, time: float,
+    *, running: bool = False,
+) -> AcausalError:  # fmt: skip
     """Return the error of an event iteration that does not settle.
 
     Args:
@@ -26,18 +30,34 @@ def endless(
         reason: What happened.
         values: Values of all ids.
         time: Seconds.
+        running: It is not the first instant, at which the start values may be to blame.
     """
+    hybrid = kernels.hybrid
+    if reason.not_finite:
+        first = kernels.first - hybrid.first
+        parameters = kernels.w[first : kernels.first + hybrid.count]
+        try:
+            not_finite(system, hybrid.assignments, values, parameters, time)
+        except AcausalError as error:
+            return error
     texts = EventTexts(system, kernels)
-    if reason.cause is not None:
-        return AcausalError(reason.cause.diagnostics)
+    cause = reason.cause.diagnostics[0] if reason.cause is not None else None
+    if cause is not None and (not running or cause.code == "I030"):
+        return AcausalError([cause])
     if reason.unsolvable:
-        return texts.error(
+        found = texts.error(
             "E042",
             f"no combination of relations satisfies the equations at t = {time:.9g} s",
             reason.places,
             values,
             "the equations of this mode contradict: check for switches in series or ideal "
             "sources in parallel, or give ideal elements a small resistance or conductance",
+            () if cause is None else (f"last attempt: {cause.message}", *cause.notes),
+        )
+        if cause is None or cause.span is None:
+            return found
+        return AcausalError(
+            [replace(d, span=cause.span, label=cause.label) for d in found.diagnostics]
         )
     return texts.error(
         "E043",

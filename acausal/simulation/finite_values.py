@@ -35,7 +35,7 @@ def is_partial(expr: Expr) -> bool:
 
 
 class FiniteValues:
-    """Looks after an event whether all values are finite."""
+    """Looks after an event whether the variables are finite that are computed when asked for."""
 
     def __init__(self, system: System, shown: Ids) -> None:
         """Prepare.
@@ -48,7 +48,6 @@ class FiniteValues:
         self._shown = shown
         hybrid = system.hybrid
         assert hybrid is not None
-        self._n = hybrid.n_discrete
         self._computed = any(
             is_partial(family.template) and _reads(family, hybrid.first)
             for family in system.definitions
@@ -66,10 +65,6 @@ class FiniteValues:
         Raises:
             AcausalError: ``I030``, naming the operation.
         """
-        hybrid = self._system.hybrid
-        assert hybrid is not None
-        if not np.isfinite(held[: self._n]).all():
-            not_finite(self._system, hybrid.assignments, run.values(), run.parameters, time)
         if self._computed and (now := held[self._shown].tobytes()) not in self._known:
             if len(self._known) < KNOWN:
                 self._known.add(now)

@@ -132,11 +132,17 @@ class Impacts:
         together = responses[bases]
         impulses = np.linalg.lstsq(together, jump, rcond=None)[0]
         if np.abs(together @ impulses - jump).max() > 1e-8 * max(np.abs(jump).max(), 1e-300):
-            name = system.names.variable(int(reinits.wanted[acting[0]]))
+            last = int(acting[-1])
+            name = system.names.variable(int(reinits.wanted[last]))
+            wanted = [
+                f"{system.names.variable(int(reinits.wanted[k]))} = {values[k]:.6g}"
+                for k in acting.tolist()
+            ]
             fail("E041", f"reinit of {name} contradicts another reinit of the same instant",
-                 reinit_span(system, int(acting[0])),
-                 notes=[f"t = {time:.9g} s"],
-                 help="constraints let only one of the two velocities be prescribed")  # fmt: skip
+                 reinit_span(system, last),
+                 notes=[f"t = {time:.9g} s; wanted: {', '.join(wanted)}"],
+                 help="constraints let only one of the velocities be prescribed: "
+                      "put both into one when, the second one under elsewhen")  # fmt: skip
         jumps = responses @ impulses
         moving = np.flatnonzero(d > 0)
         present[chains.ids(moving, d[moving] - 1)] += jumps[moving]

@@ -1,7 +1,8 @@
 """Impacts of bodies that constraints tie to others, against independent references.
 
-The references in ``tests/data/hybrid`` come from minimal coordinates and explicit mass matrices; the
-models here are written as a person would: positions, rods as constraints, ``reinit`` of one velocity.
+The references in ``tests/data/hybrid`` come from minimal coordinates and explicit mass matrices;
+the models here are written as a person would: positions, rods as constraints, ``reinit`` of one
+velocity.
 """
 
 from __future__ import annotations
