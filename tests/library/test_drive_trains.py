@@ -198,3 +198,57 @@ end Hot;
     )
     assert values(result, "disc.w")[-1] == 0.0
     assert values(result, "steel.T")[-1] == pytest.approx(302, abs=1e-7)
+
+
+def random_row(seed: int, grounded: bool) -> str:
+    """Return masses in a row, each sliding on the one before; one or all of them on the ground."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(2, 6))
+    text = "import mechanical.translational.*;\nmodel Row\n  Force drive;\n"
+    text += f"  blocks.Sine force(amplitude = {rng.uniform(2, 20):.3f}, f = {rng.uniform(0.3, 3):.3f});\n"
+    equations = "  connect(force.y, drive.f);\n  connect(drive.flange, m1.flange_a);\n"
+    loss, energy = [], []
+    for i in range(1, n + 1):
+        v = rng.uniform(-2, 2) if rng.random() < 0.5 else 0.0
+        static = rng.uniform(0.2, 4)
+        text += (
+            f"  Mass m{i}(m = {rng.uniform(0.1, 5):.3f}, s(fixed = true), "
+            f"v(start = {v:.2f}, fixed = true));\n"
+        )
+        energy.append(f"m{i}.m*m{i}.v^2/2")
+        if i == n or grounded:
+            text += (
+                f"  SupportFriction g{i}(f_pos = [0, {static:.3f}; 0.3, {static / 3:.3f}; "
+                f"10, {static / 3:.3f}], peak = {rng.uniform(1, 2):.2f});\n"
+            )
+            equations += f"  connect(m{i}.flange_b, g{i}.flange_a);\n"
+            loss.append(f"g{i}.lossPower")
+        if i > 1:
+            creep = 1e-9 if grounded else 0
+            text += (
+                f"  Spring s{i}(c = {rng.uniform(1, 200):.2f});\n"
+                f"  FrictionForce b{i}(f_pos = [0, {rng.uniform(0.1, 2):.3f}], creep = {creep});\n"
+            )
+            equations += f"  connect(m{i - 1}.flange_b, s{i}.flange_a, b{i}.flange_a);\n"
+            equations += f"  connect(m{i}.flange_a, s{i}.flange_b, b{i}.flange_b);\n"
+            loss.append(f"b{i}.lossPower")
+            energy.append(f"s{i}.c*s{i}.s_rel^2/2")
+    text += "  Real work(start = 0, fixed = true), lost(start = 0, fixed = true);\n"
+    text += f"  Real energy = {' + '.join(energy)};\nequation\n{equations}"
+    text += f"  der(work) = force.y*m1.v;\n  der(lost) = {' + '.join(loss)};\nend Row;\n"
+    return text
+
+
+@pytest.mark.parametrize("grounded", [False, True])
+@pytest.mark.parametrize("seed", range(4))
+def test_random_rows_of_masses_stick_and_slip(seed: int, grounded: bool) -> None:
+    # All on the ground and on each other: those that stick hold each other in circles.
+    result = simulate(random_row(seed, grounded), stop_time=4, tolerance=1e-8)
+    assert result.times[-1] == 4
+    balance = values(result, "energy") - values(result, "work") + values(result, "lost")
+    scale = max(1.0, float(values(result, "energy").max()))
+    assert balance == pytest.approx(balance[0], abs=1e-4 * scale)
+    for mode in result.find("*.mode"):
+        stuck = values(result, mode) == 0
+        slip = values(result, mode.replace("mode", "v_relfric"))[stuck]
+        assert np.max(np.abs(slip), initial=0) < (1e-7 if grounded else 1e-15)
