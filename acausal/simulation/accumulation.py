@@ -97,22 +97,24 @@ class Accumulation:
         """
         if self._rests is None:
             return acting[:0]
-        known = self._number[acting] >= 0
-        acting, before = acting[known], before[known]
         velocity = kernels.values_of(self._hybrid.reinits.states[acting])
-        acceleration = kernels.values_of(self._rests.accelerations[self._number[acting]])
-        with np.errstate(divide="ignore", invalid="ignore"):
-            height = 0.5 * velocity**2 / np.abs(acceleration)
-        if not (pressed := acceleration * before > 0.0).any():
+        number = self._number[acting]
+        acceleration = kernels.values_of(self._rests.accelerations[number])
+        reach = NEXT_TO * HYSTERESIS * kernels.states.largest.max(initial=0.0)
+        pressed = velocity * velocity <= 2.0 * reach * np.abs(acceleration)
+        pressed &= (acceleration * before > 0.0) & (number >= 0)
+        if not pressed.any():
             return acting[:0]
+        height = 0.5 * velocity**2 / np.abs(acceleration)
         kernels.look()
         states = kernels.states
         for k in np.flatnonzero(pressed).tolist():
             met = self._met(int(acting[k]))
-            reach = NEXT_TO * HYSTERESIS * states.largest[met]
-            reach = reach[np.abs(states.g[met]) <= reach]
-            pressed[k] = height[k] <= reach.max(initial=-1.0)
-        return acting[pressed]
+            reaches = NEXT_TO * HYSTERESIS * states.largest[met]
+            reaches = reaches[np.abs(states.g[met]) <= reaches]
+            pressed[k] = height[k] <= reaches.max(initial=-1.0)
+        weak: Ids = acting[pressed]
+        return weak
 
     def _met(self, reinit: int) -> Ids:
         """Return the relations that make a reinit act."""

@@ -24,6 +24,7 @@ from acausal.diagnostics import AcausalError
 from acausal.flattening.model import Ids
 from acausal.simulation.accumulation import Accumulation
 from acausal.simulation.event_kernels import EventKernels
+from acausal.simulation.not_finite import is_partial
 
 Array = NDArray[np.float64]
 
@@ -100,6 +101,7 @@ class EventIteration:
         hybrid = kernels.hybrid
         self._n = hybrid.n_discrete
         self._relevant = np.flatnonzero(hybrid.relevant)
+        self._partial = any(is_partial(f.template) for f in hybrid.assignments)
         self._known = b""  # what equations read of the held values, at the last solution
         self.solved = False
         self.terminated = -1
@@ -211,7 +213,7 @@ class EventIteration:
                 held[once] = 0.0
             if not acted and held[n : 2 * n].tobytes() == held[:n].tobytes():
                 return
-            if not np.isfinite(held[:n]).all():
+            if self._partial and not np.isfinite(held[:n]).all():
                 raise EndlessError(np.flatnonzero(~np.isfinite(held[:n])), False, not_finite=True)
             before = held[n : 2 * n].copy()
             held[n : 2 * n] = held[:n]

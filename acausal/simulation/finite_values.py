@@ -9,29 +9,15 @@ from numpy.typing import NDArray
 
 from acausal.diagnostics import AcausalError
 from acausal.elimination.recover import family_values
-from acausal.expressions.nodes import Expr
-from acausal.expressions.traverse import postorder
 from acausal.flattening.model import EquationFamily, Ids, Operand
 from acausal.simulation.continuous_values import RunValues
-from acausal.simulation.not_finite import HELP, not_finite
+from acausal.simulation.not_finite import HELP, is_partial, not_finite
 from acausal.simulation.system import System
 
 Array = NDArray[np.float64]
 
 #: Combinations of held values for which computed variables are known to be finite.
 KNOWN = 1000
-#: Functions that are not defined everywhere.
-PARTIAL = ("asin", "acos", "exp", "log", "log10", "sqrt", "sinh", "cosh", "mod", "rem", "div")
-
-
-def is_partial(expr: Expr) -> bool:
-    """Tell whether an expression is not defined for all values of its slots."""
-    return any(
-        (e.op == "div" and e.args[1].op != "const")
-        or e.op == "pow"
-        or (e.op == "call" and e.value in PARTIAL)
-        for e in postorder(expr)
-    )
 
 
 class FiniteValues:

@@ -8,13 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.diagnostics import fail
+from acausal.expressions.nodes import Expr
+from acausal.expressions.traverse import postorder
 from acausal.flattening.model import EquationFamily, Operand
 from acausal.initialization.texts import failure_of, member_text
 from acausal.simulation.system import System
 
 Array = NDArray[np.float64]
 
+#: Functions that are not defined everywhere.
+PARTIAL = ("asin", "acos", "exp", "log", "log10", "sqrt", "sinh", "cosh", "mod", "rem", "div")
 HELP = "at this event the values jump: let an if decide what holds where this cannot be evaluated"
+
+
+def is_partial(expr: Expr) -> bool:
+    """Tell whether an expression is not defined for all values of its slots."""
+    return any(
+        (e.op == "div" and e.args[1].op != "const")
+        or e.op == "pow"
+        or (e.op == "call" and e.value in PARTIAL)
+        for e in postorder(expr)
+    )
 
 
 def not_finite(

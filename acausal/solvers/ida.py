@@ -191,6 +191,7 @@ class IDAIntegrator:
         relative, self._tolerance[:] = ida_tolerances(self._options, problem)
         self._least_tolerance = self._tolerance.copy()
         self._raised = False
+        self._stateless = not problem.differential.any()
         self._frame.doubles[Word.RELATIVE] = relative
         self._check(lib.IDASVtolerances(memory, relative, tolerance))
         if not self._same_pattern(system):
@@ -356,7 +357,7 @@ class IDAIntegrator:
         self.y[:] = y
         self.yp[:] = yp
         self._attempt = 0
-        if self._frame.words[Word.SUPPRESSED] == 0:
+        if self._stateless:
             self._tolerate_noise(t)
         self._start(t)
         if problem is not None:
