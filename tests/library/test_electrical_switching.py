@@ -194,20 +194,32 @@ equation
     assert values(result, "load.i")[away] == pytest.approx(expected[away], rel=1e-6)
 
 
-def test_two_way_switch_connects_one_of_two_pins() -> None:
+# The control of a switch: a truth value, or the potential of a pin.
+CONTROLS = {
+    "Ideal": ("blocks.BooleanStep", "connect(step.y, switch.control);"),
+    "ControlledIdeal": (
+        "electrical.StepVoltage",
+        "connect(step.p, switch.control); connect(step.n, ground.p);",
+    ),
+}
+
+
+@pytest.mark.parametrize("prefix", CONTROLS)
+def test_two_way_switch_connects_one_of_two_pins(prefix: str) -> None:
+    kind, wiring = CONTROLS[prefix]
     result = run(
-        """
+        f"""
   electrical.ConstantVoltage source(V = 6[V]);
-  electrical.IdealTwoWaySwitch switch;
+  electrical.{prefix}TwoWaySwitch switch;
   electrical.Resistor first(R = 3[Ohm]), second(R = 2[Ohm]);
   electrical.Ground ground;
-  blocks.BooleanStep step(startTime = 0.5[s]);
+  {kind} step(startTime = 0.5[s]);
 equation
   connect(source.p, switch.p);
   connect(switch.n1, first.p);
   connect(switch.n2, second.p);
   connect(first.n, second.n, source.n, ground.p);
-  connect(step.y, switch.control);
+  {wiring}
 """,
         points=102,
     )
@@ -219,20 +231,22 @@ equation
     assert values(result, "second.i")[low] == pytest.approx(6e-5, rel=1e-3)
 
 
-def test_intermediate_switch_crosses_its_pairs() -> None:
+@pytest.mark.parametrize("prefix", CONTROLS)
+def test_intermediate_switch_crosses_its_pairs(prefix: str) -> None:
+    kind, wiring = CONTROLS[prefix]
     result = run(
-        """
+        f"""
   electrical.ConstantVoltage source(V = 6[V]);
-  electrical.IdealIntermediateSwitch switch;
+  electrical.{prefix}IntermediateSwitch switch;
   electrical.Resistor load(R = 3[Ohm]);
   electrical.Ground ground;
-  blocks.BooleanStep step(startTime = 0.5[s]);
+  {kind} step(startTime = 0.5[s]);
 equation
   connect(source.p, switch.p1);
   connect(source.n, switch.p2, ground.p);
   connect(switch.n1, load.p);
   connect(switch.n2, load.n);
-  connect(step.y, switch.control);
+  {wiring}
 """,
         points=102,
     )
