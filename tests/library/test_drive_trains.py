@@ -110,7 +110,8 @@ model Row
   SupportFriction ground(f_pos = [0, 1]);
   Force drive;
   blocks.Sine force(amplitude = 12, f = 0.5);
-  Real energy = sum(m[i].m*m[i].v^2 for i in 1:n)/2 + sum(spring[i].c*spring[i].s_rel^2 for i in 1:n-1)/2;
+  Real energy = sum(m[i].m*m[i].v^2 for i in 1:n)/2
+    + sum(spring[i].c*spring[i].s_rel^2 for i in 1:n-1)/2;
   Real work(start = 0, fixed = true), lost(start = 0, fixed = true);
 equation
   connect(force.y, drive.f);
@@ -205,7 +206,8 @@ def random_row(seed: int, grounded: bool) -> str:
     rng = np.random.default_rng(seed)
     n = int(rng.integers(2, 6))
     text = "import mechanical.translational.*;\nmodel Row\n  Force drive;\n"
-    text += f"  blocks.Sine force(amplitude = {rng.uniform(2, 20):.3f}, f = {rng.uniform(0.3, 3):.3f});\n"
+    amplitude, frequency = rng.uniform(2, 20), rng.uniform(0.3, 3)
+    text += f"  blocks.Sine force(amplitude = {amplitude:.3f}, f = {frequency:.3f});\n"
     equations = "  connect(force.y, drive.f);\n  connect(drive.flange, m1.flange_a);\n"
     loss, energy = [], []
     for i in range(1, n + 1):
