@@ -160,6 +160,7 @@ CODES: dict[str, str] = {
     "E042": "No combination of relations satisfies the equations at an event.",
     "E043": "An event does not end: discrete variables change each other without settling.",
     "E044": "A relation changes again and again (chattering).",
+    "E045": "Impacts follow each other without end, and the bodies cannot come to rest.",
     "R010": "Times, tolerance or output points that are not possible.",
     "R020": "An assertion of the model does not hold.",
     "R021": "An assertion of the model that only warns does not hold (warning).",

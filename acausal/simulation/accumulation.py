@@ -17,7 +17,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.flattening.model import EquationFamily, Hybrid, Ids, Operand
+from acausal.flattening.model import Hybrid, Ids
+from acausal.simulation.contacts import NEXT_TO, relations_behind
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.relations import SHARE as HYSTERESIS
 
@@ -31,8 +32,6 @@ SHARE_OF_TOLERANCE = 1e-2
 EARLY = 0.1
 #: Impacts in a row, each sooner and weaker than the one before.
 LEAST = 5
-#: A body is next to what it has met within this multiple of what its relation can tell.
-NEXT_TO = 10.0
 
 
 class Accumulation:
@@ -151,36 +150,3 @@ class Accumulation:
             return False
         held[self._rests.at_rest[ends]] = 0.0
         return True
-
-
-def relations_behind(hybrid: Hybrid, reinit: int) -> Ids:
-    """Return the numbers of the relations that the condition of a reinit is made of."""
-    assigned = {
-        int(row): (family, k)
-        for family in hybrid.assignments
-        for k, row in enumerate(family.rows.tolist())
-    }
-    relation_at: dict[int, int] = {}
-    for relation in hybrid.relations:
-        for row in relation.family.rows.tolist():
-            relation_at[row] = len(relation_at)
-    waiting = [
-        (family, k)
-        for family in hybrid.reinits.fires
-        for k in np.flatnonzero(family.rows == reinit).tolist()
-    ]
-    seen: set[int] = set()
-    while waiting:
-        for place in _held_places(*waiting.pop(), hybrid.first):
-            if place not in seen:
-                seen.add(place)
-                waiting += [assigned[place]] if place in assigned else []
-    return np.array(sorted(relation_at[p] for p in seen if p in relation_at), np.int64)
-
-
-def _held_places(family: EquationFamily, member: int, first: int) -> list[int]:
-    return [
-        int(ids[member]) - first
-        for kind, ids in zip(family.kinds, family.operands, strict=True)
-        if kind == Operand.PARAMETER and ids[member] >= first
-    ]

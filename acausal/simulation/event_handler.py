@@ -12,6 +12,7 @@ from acausal.flattening.model import Ids, Operand
 from acausal.results.result import Ending, Event
 from acausal.simulation.accumulation import Accumulation
 from acausal.simulation.assertions import violation_at
+from acausal.simulation.contacts import Contacts
 from acausal.simulation.continuous_values import RunValues
 from acausal.simulation.event_iteration import EndlessError, EventIteration
 from acausal.simulation.event_kernels import EventKernels
@@ -53,6 +54,7 @@ class EventHandler:
         self._hybrid = hybrid
         self._impacts = Impacts(run.system)
         self._accumulation = Accumulation(hybrid, run.tolerance)
+        self._contacts = Contacts(hybrid, start)
         self._schedule = Schedule(hybrid, start)
         self._tools: dict[int, tuple[EventIteration, RunValues]] = {}
         self._texts: EventTexts | None = None
@@ -86,7 +88,7 @@ class EventHandler:
             integrator, self._impacts,
         )  # fmt: skip
         self._tools[id(assembled)] = (
-            EventIteration(assembled.events, self._accumulation),
+            EventIteration(assembled.events, self._accumulation, self._contacts),
             values,
         )
 

@@ -14,6 +14,7 @@ all combinations of the relations in the circle are tried, nearest ones first.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import combinations
 from typing import Protocol
 
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 from acausal.diagnostics import AcausalError
 from acausal.flattening.model import Ids
 from acausal.simulation.accumulation import Accumulation
+from acausal.simulation.contacts import Contacts
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.not_finite import is_partial
 
@@ -51,6 +53,9 @@ class Continuous(Protocol):
     def reinit(self, acting: Ids, values: Array, time: float) -> None:
         """Give continuous variables new values, see ``Hybrid.reinits``."""
 
+    def glances(self, time: float, step: float, look: Callable[[], Array]) -> list[Array] | None:
+        """Return what a function is now and after one and two steps; None if it cannot be told."""
+
 
 #: Codes of initial conditions that contradict each other or are too few.
 CONDITIONS = {"I010", "I011"}
@@ -64,6 +69,7 @@ class EndlessError(Exception):
         unsolvable: The relations and the continuous equations contradict in every combination;
             otherwise discrete variables go round in circles.
         cause: Why the continuous equations could not be solved last, if they could not.
+        through: Bodies would go through what they have met: its relations stay as they are.
         not_finite: A discrete variable would get a value that is no number; nothing else counts.
     """
 
@@ -74,12 +80,14 @@ class EndlessError(Exception):
         cause: AcausalError | None = None,
         *,
         not_finite: bool = False,
+        through: bool = False,
     ) -> None:
         super().__init__()
         self.places = places
         self.unsolvable = unsolvable
         self.cause = cause
         self.not_finite = not_finite
+        self.through = through
 
 
 class EventIteration:
@@ -88,15 +96,19 @@ class EventIteration:
     Attributes:
         kernels: The discrete equations.
         accumulation: Watches impacts.
+        contacts: Watches what makes reinits act.
         rested: Reinits whose bodies have come to rest during the last settlement.
         terminated: Number of a termination that has acted, else -1.
         violated: Members of assertions in whens that did not hold, shape of ``kernels.holds``.
         solved: Continuous values were found anew during the last settlement.
     """
 
-    def __init__(self, kernels: EventKernels, accumulation: Accumulation) -> None:
+    def __init__(
+        self, kernels: EventKernels, accumulation: Accumulation, contacts: Contacts
+    ) -> None:
         self.kernels = kernels
         self.accumulation = accumulation
+        self.contacts = contacts
         self.rested: Ids = np.zeros(0, np.int64)
         hybrid = kernels.hybrid
         self._n = hybrid.n_discrete
@@ -289,6 +301,12 @@ class EventIteration:
             ending = self.accumulation.too_weak(acting, before, kernels)
         if len(ending):
             self._come_to_rest(continuous, acting, ending, time)
+            return True
+        through = self.contacts.stuck(
+            acting, time, kernels, lambda step, look: continuous.glances(time, step, look)
+        )
+        if len(through):
+            raise EndlessError(kernels.states.relations.place[through], False, through=True)
         return True
 
     def _come_to_rest(self, continuous: Continuous, acting: Ids, ending: Ids, time: float) -> None:

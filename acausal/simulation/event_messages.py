@@ -41,6 +41,17 @@ def endless(
         except AcausalError as error:
             return error
     texts = EventTexts(system, kernels)
+    if reason.through:
+        return texts.error(
+            "E045",
+            f"impacts follow each other without end at t = {time:.9g} s, and what has met would go "
+            "through each other",
+            reason.places,
+            values,
+            "reinit cannot hold bodies together that go on moving: use an elastic contact "
+            "(mechanical.translational.ElastoGap), or an equation for the time in which they "
+            "stay together",
+        )
     cause = reason.cause.diagnostics[0] if reason.cause is not None else None
     if cause is not None and (not running or cause.code == "I030"):
         return AcausalError([cause])

@@ -15,6 +15,7 @@ from acausal.initialization.guesses import guided_guesses
 from acausal.initialization.start import Start, initialize
 from acausal.initialization.system import StartSystem
 from acausal.simulation.accumulation import Accumulation
+from acausal.simulation.contacts import Contacts
 from acausal.simulation.continuous_values import VALUES, StartValues, start_vector
 from acausal.simulation.event_iteration import EndlessError, EventIteration
 from acausal.simulation.event_kernels import EventKernels
@@ -66,7 +67,9 @@ def start_values(system: System, selector: StateSelector, time: float) -> Begin:
     w[TIME_POSITION] = time
     n = len(system.active)
     kernels = EventKernels(system.hybrid, relations, w, VALUES + np.arange(n), VALUES + n)
-    iteration = EventIteration(kernels, Accumulation(system.hybrid, 1.0))
+    iteration = EventIteration(
+        kernels, Accumulation(system.hybrid, 1.0), Contacts(system.hybrid, time)
+    )
     iteration.as_they_are()
     held = w[VALUES + n : VALUES + n + len(system.parameters)].copy()
     guesses = guided_guesses(replace(system.start_system(states), parameters=held), time)

@@ -151,3 +151,75 @@ def test_impacts_that_do_not_accumulate_go_on() -> None:
     assert values(result, "n")[-1] == int(20 / period + 0.5)
     energy = values(result, "v") ** 2 / 2 + G * values(result, "h")
     assert energy == pytest.approx(G, rel=1e-5)
+
+
+SHAKEN = """
+model Shaken
+  parameter Real e = 0.3;
+  Real y(start = 0.5, fixed = true), v(start = 0, fixed = true), h, w;
+equation
+  der(y) = v;
+  der(v) = -9.81;
+  h = y - 0.01*sin(10*time);
+  w = 0.1*cos(10*time);
+  when h < 0 then
+    reinit(v, w - e*(pre(v) - w));
+  end when;
+end Shaken;
+"""
+
+STACK = """
+model Stack
+  parameter Real e = 0.5;
+  Real h1(start = 1, fixed = true), v1(start = 0, fixed = true);
+  Real h2(start = 2, fixed = true), v2(start = 0, fixed = true);
+equation
+  der(h1) = v1;
+  der(v1) = -9.81;
+  der(h2) = v2;
+  der(v2) = -9.81;
+  when h1 < 0 then
+    reinit(v1, -e*pre(v1));
+  end when;
+  when h2 < h1 then
+    reinit(v1, pre(v1) + (1 + e)/2*(pre(v2) - pre(v1)));
+    reinit(v2, pre(v2) - (1 + e)/2*(pre(v2) - pre(v1)));
+  end when;
+end Stack;
+"""
+
+
+@pytest.mark.parametrize("e", [0.0, 0.1, 0.3, 0.5])
+def test_what_meets_a_moving_body_never_goes_through_in_silence(e: float) -> None:
+    # They ought to move on together, which reinit alone does not say.
+    result = run(SHAKEN, 3.0, ending="failed", parameters={"e": e})
+    assert [d.code for d in result.diagnostics] == ["E045"]
+    assert any("h < 0" in note for note in result.diagnostics[0].notes)
+    assert values(result, "h").min() > -1e-9
+
+
+def test_balls_on_top_of_each_other_do_not_go_through_in_silence() -> None:
+    result = run(STACK, 5.0, ending="failed")
+    assert [d.code for d in result.diagnostics] == ["E045"]
+    assert (values(result, "h2") - values(result, "h1")).min() > -1e-9
+
+
+def test_a_kick_in_passing_is_no_contact() -> None:
+    text = """
+    model Booster
+      Real x(start = 0, fixed = true), v(start = 1, fixed = true);
+      Integer laps(start = 0, fixed = true);
+    equation
+      der(x) = v;
+      der(v) = -0.5*v;
+      when x > 1 then
+        reinit(v, 2);
+      end when;
+      when x > 2 then
+        reinit(x, 0);
+        laps = pre(laps) + 1;
+      end when;
+    end Booster;
+    """
+    result = run(text, 20.0)
+    assert values(result, "laps")[-1] > 5
