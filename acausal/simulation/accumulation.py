@@ -18,20 +18,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.flattening.model import Hybrid, Ids
-from acausal.simulation.contacts import NEXT_TO, relations_behind
+from acausal.simulation.contacts import NEXT_TO, SHARE_OF_TOLERANCE, relations_behind
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.relations import SHARE as HYSTERESIS
 
 Array = NDArray[np.float64]
 
-#: A body comes to rest when a flight is this much lower than the first one ...
+#: A body comes to rest when a flight is this much lower than the first one, or by
+#: ``SHARE_OF_TOLERANCE`` times the relative tolerance.
 SHARE = 1e-10
-#: ... or lower by this multiple of the relative tolerance.
-SHARE_OF_TOLERANCE = 1e-2
 #: Where the integrator is stopped after an impact, as a share of the flight before it.
 EARLY = 0.1
 #: Impacts in a row, each sooner and weaker than the one before.
 LEAST = 5
+#: Velocity per duration of a flight stays the same where a stop does not move, about.
+EVEN = 10.0
 
 
 class Accumulation:
@@ -55,6 +56,7 @@ class Accumulation:
         self._gap = np.full(n, np.inf)
         self._speed = np.full(n, np.inf)
         self._first = np.zeros(n)
+        self._pace = np.zeros(n)
         self._count = np.zeros(n, np.int64)
 
     def ending(self, acting: Ids, values: Array, time: float) -> Ids:
@@ -76,6 +78,8 @@ class Accumulation:
         fresh = self._count[acting] <= 1
         flight = np.multiply(speed, gap, out=np.full(len(gap), np.inf), where=gap < np.inf)
         self._first[acting] = np.where(fresh, flight, self._first[acting])
+        pace = np.divide(speed, gap, out=np.zeros(len(gap)), where=gap > 0.0)
+        self._pace[acting] = np.where(fresh, pace, self._pace[acting])
         self._gap[acting] = np.where(repeated, self._gap[acting], gap)
         self._speed[acting] = speed
         self._last[acting] = time
@@ -114,6 +118,25 @@ class Accumulation:
             pressed[k] = height[k] <= reaches.max(initial=-1.0)
         weak: Ids = acting[pressed]
         return weak
+
+    def are_calm(self, acting: Ids, before: Array, kernels: EventKernels) -> bool:
+        """Tell whether what reinits have thrown back comes to rest where it is.
+
+        Its velocities become as small as its flights become short: what it has met does not move.
+
+        Args:
+            acting: Numbers of the reinits that have acted.
+            before: Velocities before, shape of ``acting``.
+            kernels: The discrete equations, after it.
+        """
+        if self._rests is None or (self._number[acting] < 0).any():
+            return False
+        speed = np.abs(kernels.values_of(self._hybrid.reinits.states[acting]))
+        acceleration = kernels.values_of(self._rests.accelerations[self._number[acting]])
+        flat = speed <= 2.0 * np.sqrt(self._share) * np.abs(before)
+        steady = self._count[acting] > 0
+        steady &= speed <= EVEN * self._pace[acting] * np.minimum(self._gap[acting], 1e300)
+        return bool(((acceleration * before > 0.0) & (flat | steady)).all())
 
     def _met(self, reinit: int) -> Ids:
         """Return the relations that make a reinit act."""

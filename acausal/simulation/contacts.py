@@ -1,10 +1,10 @@
 """Bodies that stay where they have met: found before they go through each other.
 
 A ``reinit`` throws a body back from what it has met, and its relation becomes false again. If the
-flight to come is lower than what the relation can tell from zero, it stays true, nothing acts any
-more, and the body goes on through. How high a flight ``g`` will be follows from ``g'`` and ``g''``
-right after the impact, which are differences of ``g`` along the motion. What can come to rest does
-so (:mod:`acausal.simulation.accumulation`); anything else must not go on in silence.
+flight to come is lower than what the integration resolves, it stays true, nothing acts any more,
+and the body goes on through. How high a flight ``g`` will be follows from ``g'`` and ``g''`` right
+after the impact, which are differences of ``g`` along the motion. What can come to rest does so
+(:mod:`acausal.simulation.accumulation`); anything else must not go on in silence.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ Glances = Callable[[float, Callable[[], Array]], list[Array] | None]
 
 #: A body is next to what it has met within this multiple of what its relation can tell.
 NEXT_TO = 10.0
+#: A flight below this multiple of the relative tolerance is none.
+SHARE_OF_TOLERANCE = 1e-2
 #: Flights shorter than this share of the longest one are looked at.
 SHORT = 1e-3
 #: Steps of the differences, as shares of the longest flight.
@@ -36,8 +38,9 @@ ROUNDOFF = 100.0 * float(np.finfo(float).eps)
 class Contacts:
     """Watches what makes reinits act."""
 
-    def __init__(self, hybrid: Hybrid, start: float) -> None:
+    def __init__(self, hybrid: Hybrid, start: float, tolerance: float) -> None:
         self._hybrid = hybrid
+        self._reach = max(NEXT_TO * HYSTERESIS, SHARE_OF_TOLERANCE * tolerance)
         self._behind: dict[int, Ids] = {}
         self._start = start
         self._last = np.full(hybrid.reinits.count, -np.inf)
@@ -81,7 +84,7 @@ class Contacts:
         self, met: Ids, kernels: EventKernels, glances: Glances, longest: float
     ) -> NDArray[np.bool_]:
         states = kernels.states
-        reach = NEXT_TO * HYSTERESIS * states.largest[met]
+        reach = self._reach * states.largest[met]
         noise = ROUNDOFF * states.largest[met]
         side = np.where(states.held[met] > 0.0, 1.0, -1.0)
 

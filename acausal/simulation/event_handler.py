@@ -54,7 +54,7 @@ class EventHandler:
         self._hybrid = hybrid
         self._impacts = Impacts(run.system)
         self._accumulation = Accumulation(hybrid, run.tolerance)
-        self._contacts = Contacts(hybrid, start)
+        self._contacts = Contacts(hybrid, start, run.tolerance)
         self._schedule = Schedule(hybrid, start)
         self._tools: dict[int, tuple[EventIteration, RunValues]] = {}
         self._texts: EventTexts | None = None

@@ -305,7 +305,9 @@ class EventIteration:
         through = self.contacts.stuck(
             acting, time, kernels, lambda step, look: continuous.glances(time, step, look)
         )
-        if len(through):
+        if len(through) and self.accumulation.are_calm(acting, before, kernels):
+            self._come_to_rest(continuous, acting, acting, time)
+        elif len(through):
             raise EndlessError(kernels.states.relations.place[through], False, through=True)
         return True
 

@@ -59,7 +59,7 @@ class Recorder:
     chosen: Ids | None
     segments: list[Segment]
     _observer: Observer | None = None
-    _times: list[Array] = field(default_factory=list)
+    _times: list[Array | float] = field(default_factory=list)
     _y: list[Array] = field(default_factory=list)
     _yp: list[Array] = field(default_factory=list)
     _which: list[int] = field(default_factory=list)
@@ -87,14 +87,26 @@ class Recorder:
         self._which.append(len(self._held) - 1)
         self._size += y.size + yp.size if self.chosen is not None else 0
 
+    def store_point(self, observer: Observer, time: float, y: Array, yp: Array) -> None:
+        """Store one point; the arrays, shape ``(n,)``, are copied."""
+        if observer is not self._observer or self._size > CHUNK:
+            self.flush()
+            self._observer = observer
+        self._times.append(time)
+        self._y.append(y.copy())
+        self._yp.append(yp.copy())
+        self._which.append(len(self._held) - 1)
+        self._size += 2 * y.size if self.chosen is not None else 0
+
     def flush(self) -> None:
         """Make a segment of what has come so far."""
         if self._observer is None or not self._times:
             return
-        times, y, yp = (_joined(parts) for parts in (self._times, self._y, self._yp))
+        times = np.concatenate([np.atleast_1d(part) for part in self._times])
+        y, yp = _joined(self._y), _joined(self._yp)
         held = None
         if self._held:
-            counts = [len(part) for part in self._times]
+            counts = [1 if isinstance(part, float) else len(part) for part in self._times]
             first = self._which[0]
             which = np.repeat(np.array(self._which) - first, counts)
             held = Held(np.stack(self._held[first:]), which)
@@ -117,4 +129,6 @@ class Recorder:
 
 
 def _joined(parts: list[Array]) -> Array:
-    return parts[0] if len(parts) == 1 else np.concatenate(parts)
+    """Return the rows of arrays of points and of single points."""
+    rows = [part if part.ndim == 2 else part[None, :] for part in parts]
+    return rows[0] if len(rows) == 1 else np.concatenate(rows)

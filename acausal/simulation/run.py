@@ -107,7 +107,6 @@ class Run:
     snapshots: list[tuple[float, Array]] = field(default_factory=list)
     spacing: float = np.inf
     _in_need: float = -np.inf
-    _only_limit: Array = field(default_factory=lambda: np.zeros(1))
 
     def assembled(self, states: Ids) -> Assembled:
         """Return the system for a choice of states; index arrays only, the kernels are there."""
@@ -208,11 +207,8 @@ class Run:
     def record_here(self) -> None:
         """Store the present point."""
         assert self.integrator is not None and self.current is not None
-        self.recorder.store(
-            self.current.observer,
-            np.array([self.time]),
-            np.array(self.integrator.y)[None, :],
-            np.array(self.integrator.yp)[None, :],
+        self.recorder.store_point(
+            self.current.observer, self.time, self.integrator.y, self.integrator.yp
         )
 
     def integrate(self, times: Array, limit: float) -> tuple[Reached, int]:
@@ -231,12 +227,18 @@ class Run:
 
     def _integrate_through(self, times: Array, limit: float) -> tuple[Reached, int]:
         assert self.integrator is not None and self.current is not None
-        n = self.current.layout.n
         if not len(times):
-            every = self._only_limit
-            every[0] = limit
-        else:
-            every = times if times[-1] >= limit else np.append(times, limit)
+            advanced = self.integrator.advance(limit)
+            self.time = advanced.t
+            if advanced.status is Status.ROOT:
+                return Reached.ROOT, 0
+            if advanced.status is not Status.REACHED:
+                self._end(advanced.status, advanced.failure)
+                return Reached.OVER, 0
+            self.time = limit
+            return Reached.LIMIT, 0
+        n = self.current.layout.n
+        every = times if times[-1] >= limit else np.append(times, limit)
         chunk = self.recorder.chunk(n)
         stored = 0
         for first in range(0, len(every), chunk):

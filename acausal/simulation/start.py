@@ -68,7 +68,7 @@ def start_values(system: System, selector: StateSelector, time: float) -> Begin:
     n = len(system.active)
     kernels = EventKernels(system.hybrid, relations, w, VALUES + np.arange(n), VALUES + n)
     iteration = EventIteration(
-        kernels, Accumulation(system.hybrid, 1.0), Contacts(system.hybrid, time)
+        kernels, Accumulation(system.hybrid, 1.0), Contacts(system.hybrid, time, 1e-6)
     )
     iteration.as_they_are()
     held = w[VALUES + n : VALUES + n + len(system.parameters)].copy()

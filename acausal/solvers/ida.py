@@ -89,6 +89,11 @@ class IDAIntegrator:
         self._attempt = 0
         self._consistent_point: ConsistentPoint | None = None
         self._pace = Pace(n)
+        self._row: Array = np.zeros(1)
+        self._row_y: Array = np.zeros(n)
+        self._row_yp: Array = np.zeros(n)
+        self._row_address = _data(self._row)
+        self._row_outputs = (_data(self._row_y), _data(self._row_yp))
         self._context = self._c.context()
         self._vectors = [
             self._c.N_VMake_Serial(n, row.ctypes.data, self._context) for row in self._data[:9]
@@ -304,7 +309,7 @@ class IDAIntegrator:
         last = float(times[-1])
         limit = last if t_limit is None else max(t_limit, last)
         try:
-            result = self._run(times, out_y, out_yp, limit)
+            result = self._run(_data(times), rows, (_data(out_y), _data(out_yp), limit))
         except KeyboardInterrupt:
             return RunResult(int(words[Word.ROWS]), Status.INTERRUPTED)
         finally:
@@ -312,14 +317,26 @@ class IDAIntegrator:
         status, failure = result
         return RunResult(int(words[Word.ROWS]), status, failure)
 
+    def advance(self, t_limit: float) -> StepResult:
+        """Integrate to a time without any output; see the protocol."""
+        words, row = self._frame.words, self._row
+        words[Word.ROWS], words[Word.ROWS_WANTED] = 0, 1
+        row[0] = t_limit
+        try:
+            status, failure = self._run(self._row_address, 1, (*self._row_outputs, t_limit))
+        except KeyboardInterrupt:
+            return StepResult(self.t, Status.INTERRUPTED)
+        finally:
+            words[Word.STOP] = 0
+        return StepResult(self.t, status, failure)
+
     def _run(
-        self, times: Array, out_y: Array, out_yp: Array, limit: float
+        self, times: int, rows: int, outputs: tuple[int, int, float]
     ) -> tuple[Status, IntegrationError | None]:
-        """Fill the rows; tell how it ended."""
+        """Fill the rows of arrays at some addresses; tell how it ended."""
         words, pace = self._frame.words, self._pace
-        progress, rows = self._options.progress, len(times)
-        first = (self._address, _data(times))
-        outputs = (_data(out_y), _data(out_yp), limit)
+        progress, limit = self._options.progress, outputs[2]
+        first = (self._address, times)
         begin = 1
         while True:
             before = int(words[Word.STEPS])

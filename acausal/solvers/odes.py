@@ -30,7 +30,7 @@ from acausal.solvers.failures import (
 )
 from acausal.solvers.first_step import first_step
 from acausal.solvers.protocol import Options, RunResult, Statistics, Status, StepResult
-from acausal.solvers.stepping import run_by_steps
+from acausal.solvers.stepping import advance_by_run, run_by_steps
 from acausal.solvers.system import NativeSystem, native_system
 from acausal.solvers.watching import Watch, Watching
 
@@ -267,6 +267,10 @@ class OdesIntegrator(Watching):
         """Integrate and fill rows; see the protocol."""
         progress = self._options.progress
         return run_by_steps(self, times, out_y, out_yp, t_limit, progress)
+
+    def advance(self, t_limit: float) -> StepResult:
+        """Integrate to a time without output; see the protocol."""
+        return advance_by_run(self, t_limit)
 
     def interpolate(self, t: float, order: int = 0) -> Array:
         """Return ``y`` or ``y'`` inside the last step; see the protocol."""

@@ -176,6 +176,9 @@ class Integrator(Protocol):
                 limit spares the steps that would end exactly at ``times[-1]``.
         """
 
+    def advance(self, t_limit: float) -> StepResult:
+        """Integrate to a time without output: REACHED, ROOT, FAILED or INTERRUPTED."""
+
     def interpolate(self, t: float, order: int = 0) -> Array:
         """Return ``y`` (order 0) or ``y'`` (order 1) at a time inside the last step."""
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from acausal.solvers.explicit_form import ExplicitForm
 from acausal.solvers.failures import Failure, IntegrationError, Reason, integration_error
 from acausal.solvers.protocol import Options, RunResult, Statistics, Status, StepResult
-from acausal.solvers.stepping import run_by_steps
+from acausal.solvers.stepping import advance_by_run, run_by_steps
 from acausal.solvers.system import NativeSystem, native_system
 from acausal.solvers.watching import Watch, Watching
 
@@ -172,6 +172,10 @@ class RadauIntegrator(Watching):
         # be off by much more than the tolerance. A one-step method may well end on every time.
         progress = self._options.progress
         return run_by_steps(self, times, out_y, out_yp, None, progress, land=True)
+
+    def advance(self, t_limit: float) -> StepResult:
+        """Integrate to a time without output; see the protocol."""
+        return advance_by_run(self, t_limit)
 
     def interpolate(self, t: float, order: int = 0) -> Array:
         """Return ``y`` or ``y'`` inside the last step; see the protocol."""

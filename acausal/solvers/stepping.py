@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.solvers.failures import IntegrationError
-from acausal.solvers.protocol import RunResult, Status, StepResult
+from acausal.solvers.protocol import Integrator, RunResult, Status, StepResult
 
 Array = NDArray[np.float64]
 
@@ -93,3 +93,10 @@ def run_by_steps(
     if root is not None and root == times[-1]:
         return RunResult(len(times), Status.ROOT)
     return RunResult(len(times), Status.REACHED)
+
+
+def advance_by_run(integrator: Integrator, t_limit: float) -> StepResult:
+    """Integrate to a time with :meth:`Integrator.run`; what it would store is dropped."""
+    y, yp = np.empty((1, len(integrator.y))), np.empty((1, len(integrator.y)))
+    result = integrator.run(np.array([t_limit]), y, yp, t_limit)
+    return StepResult(integrator.t, result.status, result.failure)

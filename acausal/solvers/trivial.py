@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.solvers.protocol import Options, RunResult, Statistics, Status, StepResult
-from acausal.solvers.stepping import run_by_steps
+from acausal.solvers.stepping import advance_by_run, run_by_steps
 from acausal.solvers.system import NativeSystem, native_system
 from acausal.solvers.watching import Watch, Watching
 
@@ -67,6 +67,10 @@ class TrivialIntegrator(Watching):
     def go_to(self, t: float) -> None:
         """Set the time."""
         self.t = t
+
+    def advance(self, t_limit: float) -> StepResult:
+        """Integrate to a time without output; see the protocol."""
+        return advance_by_run(self, t_limit)
 
     def interpolate(self, t: float, order: int = 0) -> Array:
         """Return nothing."""
