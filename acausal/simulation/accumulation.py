@@ -8,8 +8,8 @@ no time, the velocity is set to zero, and the body rests (:mod:`acausal.eliminat
 Until then a step of the integrator must not leap over a whole flight, at both ends of which
 the height is zero: after every impact it is stopped once, early in the flight to come.
 
-A body that does not get off what it has met by more than its relation can tell, as with a
-restitution of zero, would go on through it: it rests at once.
+A body that does not get off what it has met, as with a restitution of zero, rests at once (see
+:mod:`acausal.simulation.contacts`).
 """
 
 from __future__ import annotations
@@ -18,9 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.flattening.model import Hybrid, Ids
-from acausal.simulation.contacts import NEXT_TO, SHARE_OF_TOLERANCE, relations_behind
+from acausal.simulation.contacts import SHARE_OF_TOLERANCE
 from acausal.simulation.event_kernels import EventKernels
-from acausal.simulation.relations import SHARE as HYSTERESIS
 
 Array = NDArray[np.float64]
 
@@ -45,7 +44,6 @@ class Accumulation:
     def __init__(self, hybrid: Hybrid, tolerance: float) -> None:
         self._hybrid = hybrid
         self._rests = hybrid.rests
-        self._causes: dict[int, Ids] = {}
         self._share = max(SHARE, SHARE_OF_TOLERANCE * tolerance)
         self.early = np.inf
         n = hybrid.reinits.count
@@ -90,35 +88,6 @@ class Accumulation:
         ending: Ids = acting[ends]
         return ending
 
-    def too_weak(self, acting: Ids, before: Array, kernels: EventKernels) -> Ids:
-        """Return the reinits after which a body does not get off what it has met.
-
-        Args:
-            acting: Numbers of the reinits that have acted.
-            before: Velocities before, shape of ``acting``.
-            kernels: The discrete equations, after it.
-        """
-        if self._rests is None:
-            return acting[:0]
-        velocity = kernels.values_of(self._hybrid.reinits.states[acting])
-        number = self._number[acting]
-        acceleration = kernels.values_of(self._rests.accelerations[number])
-        reach = NEXT_TO * HYSTERESIS * kernels.states.largest.max(initial=0.0)
-        pressed = velocity * velocity <= 2.0 * reach * np.abs(acceleration)
-        pressed &= (acceleration * before > 0.0) & (number >= 0)
-        if not pressed.any():
-            return acting[:0]
-        height = 0.5 * velocity**2 / np.abs(acceleration)
-        kernels.look()
-        states = kernels.states
-        for k in np.flatnonzero(pressed).tolist():
-            met = self._met(int(acting[k]))
-            reaches = NEXT_TO * HYSTERESIS * states.largest[met]
-            reaches = reaches[np.abs(states.g[met]) <= reaches]
-            pressed[k] = height[k] <= reaches.max(initial=-1.0)
-        weak: Ids = acting[pressed]
-        return weak
-
     def are_calm(self, acting: Ids, before: Array, kernels: EventKernels) -> bool:
         """Tell whether what reinits have thrown back comes to rest where it is.
 
@@ -137,12 +106,6 @@ class Accumulation:
         steady = self._count[acting] > 0
         steady &= speed <= EVEN * self._pace[acting] * np.minimum(self._gap[acting], 1e300)
         return bool(((acceleration * before > 0.0) & (flat | steady)).all())
-
-    def _met(self, reinit: int) -> Ids:
-        """Return the relations that make a reinit act."""
-        if reinit not in self._causes:
-            self._causes[reinit] = relations_behind(self._hybrid, reinit)
-        return self._causes[reinit]
 
     def begin_rest(self, ending: Ids, kernels: EventKernels) -> None:
         """Hold the bodies of some reinits at rest."""

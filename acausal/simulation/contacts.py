@@ -28,11 +28,15 @@ NEXT_TO = 10.0
 #: A flight below this multiple of the relative tolerance is none.
 SHARE_OF_TOLERANCE = 1e-2
 #: Flights shorter than this share of the longest one are looked at.
-SHORT = 1e-3
+SHORT = 0.1
+#: Impacts that leave less than this share of a velocity are looked at.
+WEAK = 0.3
 #: Steps of the differences, as shares of the longest flight.
 STEPS = (1e-6, 1e-4)
 #: A difference of second order below so many units of round-off says nothing.
 ROUNDOFF = 100.0 * float(np.finfo(float).eps)
+
+_NONE: Ids = np.zeros(0, np.int64)
 
 
 class Contacts:
@@ -46,34 +50,39 @@ class Contacts:
         self._last = np.full(hybrid.reinits.count, -np.inf)
         self._longest = np.zeros(hybrid.reinits.count)
 
-    def stuck(self, acting: Ids, time: float, kernels: EventKernels, glances: Glances) -> Ids:
-        """Return relations that stay as they are although a reinit has acted.
+    def stuck(
+        self, acting: Ids, before: Array, time: float, kernels: EventKernels, glances: Glances
+    ) -> tuple[Ids, Ids]:
+        """Return the reinits that do not get off what they have met, and its relations.
 
         Args:
-            acting: Numbers of the reinits that have acted.
+            acting: Numbers of the reinits that have acted, ascending.
+            before: Values before of what they have acted on, shape of ``acting``.
             time: Seconds.
             kernels: The discrete equations, after it.
             glances: Looks ahead.
         """
-        nothing: Ids = np.zeros(0, np.int64)
         gap = time - self._last[acting]
         unseen = np.isinf(gap)
         if not unseen.any() and (gap == 0.0).all():
-            return nothing
+            return _NONE, _NONE
         longest = np.maximum(self._longest[acting], np.where(unseen, time - self._start, gap))
         self._last[acting], self._longest[acting] = time, longest
-        looked_at = acting[unseen | (gap < SHORT * longest)]
+        after = kernels.values_of(self._hybrid.reinits.states[acting])
+        weak = np.abs(after) <= WEAK * np.abs(before)
+        looked_at = acting[unseen | weak | (gap < SHORT * longest)]
         if not len(looked_at):
-            return nothing
+            return _NONE, _NONE
         met = np.unique(np.concatenate([self._relations(k) for k in looked_at.tolist()]))
         kernels.look()
         states = kernels.states
         watched = (states.relations.kind[met] != FLOOR) & ~states.relations.scheduled[met]
         met = met[watched & (np.abs(states.g[met]) <= NEXT_TO * HYSTERESIS * states.largest[met])]
         if not len(met):
-            return nothing
-        flat: Ids = met[self._flights_are_flat(met, kernels, glances, float(longest.max()))]
-        return flat
+            return _NONE, _NONE
+        met = met[self._flights_are_flat(met, kernels, glances, float(longest.max()))]
+        fast = [k for k in looked_at.tolist() if np.isin(self._relations(k), met).any()]
+        return np.array(fast, np.int64), met
 
     def _relations(self, reinit: int) -> Ids:
         if reinit not in self._behind:

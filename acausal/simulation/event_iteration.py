@@ -294,21 +294,20 @@ class EventIteration:
         acting = np.flatnonzero(kernels.fires)
         values = kernels.reinit_values
         ending = self.accumulation.ending(acting, values, time)
-        if not len(ending):
-            before = kernels.values_of(kernels.hybrid.reinits.states[acting])
-            continuous.reinit(acting, values, time)
-            self._solve(continuous, time)
-            ending = self.accumulation.too_weak(acting, before, kernels)
         if len(ending):
             self._come_to_rest(continuous, acting, ending, time)
             return True
-        through = self.contacts.stuck(
-            acting, time, kernels, lambda step, look: continuous.glances(time, step, look)
+        before = kernels.values_of(kernels.hybrid.reinits.states[acting])
+        continuous.reinit(acting, values, time)
+        self._solve(continuous, time)
+        stuck, relations = self.contacts.stuck(
+            acting, before, time, kernels, lambda step, look: continuous.glances(time, step, look)
         )
-        if len(through) and self.accumulation.are_calm(acting, before, kernels):
-            self._come_to_rest(continuous, acting, acting, time)
-        elif len(through):
-            raise EndlessError(kernels.states.relations.place[through], False, through=True)
+        if not len(stuck):
+            return True
+        if not self.accumulation.are_calm(stuck, before[np.isin(acting, stuck)], kernels):
+            raise EndlessError(kernels.states.relations.place[relations], False, through=True)
+        self._come_to_rest(continuous, acting, stuck, time)
         return True
 
     def _come_to_rest(self, continuous: Continuous, acting: Ids, ending: Ids, time: float) -> None:
