@@ -148,7 +148,7 @@ def _span(system: System, request: Request) -> tuple[float, float, float]:
     if not 0 < tolerance < 1:
         fail("R010", f"a tolerance of {tolerance:g} is not possible",
              help="use a small number, such as 1e-6")  # fmt: skip
-    return start, stop, tolerance
+    return float(start), float(stop), tolerance
 
 
 def _chosen(system: System, request: Request) -> Ids | None:

@@ -92,7 +92,7 @@ class Recorder:
         if observer is not self._observer or self._size > CHUNK:
             self.flush()
             self._observer = observer
-        self._times.append(time)
+        self._times.append(float(time))
         self._y.append(y.copy())
         self._yp.append(yp.copy())
         self._which.append(len(self._held) - 1)
