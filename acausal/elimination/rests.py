@@ -94,8 +94,11 @@ def _rows(model: FlatModel, states: Ids) -> Ids:
     row = np.full(model.variables.count, -1, np.int64)
     counts = row_counts(model.families, model.n_rows)
     for family in model.families:
+        # der(v) = 0 alone: nothing that would have to be supported
+        template = family.template
+        free = template.op == "slot" or (template.op == "neg" and template.args[0].op == "slot")
         for j in variable_slots(family):
-            np.add.at(times, family.operands[j], 1)
+            np.add.at(times, family.operands[j], 2 if free else 1)
             single = counts[family.rows] == 1
             row[family.operands[j, single]] = family.rows[single]
     good = (derivative >= 0) & (times[derivative] == 1)

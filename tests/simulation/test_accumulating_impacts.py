@@ -228,3 +228,92 @@ def test_a_kick_in_passing_is_no_contact() -> None:
     """
     result = run(text, 20.0)
     assert values(result, "laps")[-1] > 5
+
+
+def test_bodies_without_a_force_bounce_between_walls() -> None:
+    text = """
+    model Walls
+      Real x(start = 0, fixed = true), v(start = 1, fixed = true);
+      Integer n(start = 0, fixed = true);
+    equation
+      der(x) = v;
+      der(v) = 0;
+      when abs(x) > 1 then
+        reinit(v, -pre(v));
+        n = pre(n) + 1;
+      end when;
+    end Walls;
+    """
+    result = run(text, 10.0)
+    assert values(result, "n")[-1] == 5
+    assert np.abs(values(result, "x")).max() == pytest.approx(1, abs=1e-9)
+
+
+def test_ball_in_a_box_rests_on_its_floor() -> None:
+    text = """
+    model Box
+      Real x(start = 0.5, fixed = true), v(start = 5, fixed = true);
+    equation
+      der(x) = v;
+      der(v) = -9.81;
+      when {x > 1, x < 0} then
+        reinit(v, -0.5*pre(v));
+      end when;
+    end Box;
+    """
+    result = run(text, 10.0)
+    assert 0 <= values(result, "x").max() <= 1 + 1e-9
+    assert values(result, "x").min() > -1e-9
+    assert values(result, "v")[-1] == 0
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-9])
+def test_a_stop_holds_what_is_pressed_against_it_only(tolerance: float) -> None:
+    text = """
+    model Stop
+      Real x(start = 0, fixed = true), v(start = 0, fixed = true);
+    equation
+      der(x) = v;
+      der(v) = FORCE;
+      when x > 0.5 then
+        reinit(v, 0);
+      end when;
+    end Stop;
+    """
+    # cos(t) presses until pi/2; then x goes back as 0.5 - (t - pi/2) + ... of -cos
+    result = run(text.replace("FORCE", "cos(time)"), 4.0, tolerance=tolerance)
+    t = np.asarray(result.times)
+    held = (t > np.arccos(0.5) + 1e-6) & (t < np.pi / 2 - 1e-6)
+    assert np.all(values(result, "v")[held] == 0)
+    back = t > np.pi / 2
+    expected = 0.5 - np.cos(t[back]) - (t[back] - np.pi / 2)
+    assert values(result, "x")[back] == pytest.approx(expected, abs=100 * tolerance)
+    # a spring pulls away at once: no rest
+    result = run(text.replace("FORCE", "-x").replace("v(start = 0", "v(start = 1"), 6.0)
+    assert not any("rest" in event.text for event in result.events)
+    assert values(result, "x").min() == pytest.approx(-0.5, abs=1e-3)
+
+
+def test_integrate_and_fire() -> None:
+    text = """
+    model Neuron
+      parameter Real I = 1.5;
+      Real u(start = 0, fixed = true);
+      Integer spikes(start = 0, fixed = true);
+    equation
+      der(u) = I - u;
+      when u > 1 then
+        reinit(u, 0);
+        spikes = pre(spikes) + 1;
+      end when;
+    end Neuron;
+    model Net
+      parameter Integer n = 50;
+      Neuron c[n](I = {1.2 + i/n for i in 1:n});
+    end Net;
+    """
+    result = run(text, 5.0, points=3)
+    currents = 1.2 + np.arange(1, 51) / 50
+    expected = np.floor(5 / np.log(currents / (currents - 1)))
+    found = [values(result, f"c[{i}].spikes")[-1] for i in range(1, 51)]
+    assert found == pytest.approx(expected)
