@@ -95,6 +95,41 @@ def test_random_networks_of_ideal_diodes(network: tuple[Array, Array, Array, Arr
         assert found == pytest.approx(wanted, rel=1e-7, abs=1e-7)
 
 
+# The same with diodes without any resistance or conductance, each in series with a resistor.
+IDEAL = (
+    NETWORK.replace("Ron = 1e-3, Goff = 1e-4", "r = 0.5")
+    .replace("s[j]*(if off[j] then 1 else Ron)", "(if off[j] then s[j] else 0) + r*i[j]")
+    .replace("s[j]*(if off[j] then Goff else 1)", "if off[j] then 0 else s[j]")
+)
+
+
+def enumerated_ideal(conductances: Array, sources: Array, ends: Array) -> Array:
+    """Return the node voltages of a network of ideal diodes in series with resistors."""
+    for pattern in itertools.product([0.0, 1.0], repeat=len(ends)):
+        g = np.array(pattern) / 0.5
+        v = np.linalg.solve(conductances + ends.T @ (g[:, None] * ends), sources)
+        across = ends @ v
+        if np.all(np.where(g > 0, across >= -1e-12, across <= 1e-12)):
+            return np.asarray(v)
+    raise AssertionError("no combination is right")
+
+
+@settings(max_examples=40, deadline=None)
+@given(networks())
+def test_random_networks_of_diodes_without_resistance(
+    network: tuple[Array, Array, Array, Array],
+) -> None:
+    conductances, first, second, ends = network
+    text = IDEAL
+    for name, matrix in (("G", conductances), ("J0", first), ("J1", second), ("A", ends)):
+        text = text.replace("{" + name + "}", braces(matrix))
+    result = run(text, 1.0, points=3)
+    for side, sources in ((0, first), (-1, second)):
+        wanted = enumerated_ideal(conductances, sources, ends)
+        found = np.array([values(result, f"v[{k}]")[side] for k in range(1, NODES + 1)])
+        assert found == pytest.approx(wanted, rel=1e-7, abs=1e-7)
+
+
 LADDER = """
 import electrical.*;
 model Ladder
