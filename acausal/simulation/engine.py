@@ -14,6 +14,7 @@ from acausal.flattening.model import Ids
 from acausal.results.result import Ending, Result
 from acausal.simulation.assertions import violations
 from acausal.simulation.event_handler import EventHandler
+from acausal.simulation.failure_places import told
 from acausal.simulation.folds import Folds
 from acausal.simulation.output import Recorder, output_times
 from acausal.simulation.request import Request
@@ -70,9 +71,9 @@ def simulate(system: System, request: Request) -> Result:
     run.solve_time = clock.perf_counter() - wall
     run.solve_cpu_time = clock.process_time() - processor
     recorder.flush()
+    failure = told(run)
     statistics = run.totals()
     statistics["start_time"] = start_time
-    failure = run.failure.diagnostics if run.failure is not None else ()
     remarks += violations(system, trajectories.segments, warned)
     if handler is not None:
         remarks += handler.remarks
