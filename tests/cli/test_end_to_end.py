@@ -135,7 +135,7 @@ def test_interrupt_keeps_what_was_computed():
 
 
 def test_the_readme_example_is_the_example_file(tmp_path):
-    (model,) = re.findall(r"```modelica\n(.*?)```", README, re.DOTALL)
+    model, *_ = re.findall(r"```modelica\n(.*?)```", README, re.DOTALL)
     Path("rlc.acm").write_text(model, encoding="utf-8")
     assert execute(["simulate", "rlc.acm", "-o", "readme.csv"]) == 0
     assert execute(["simulate", str(ROOT / "examples/rlc.acm"), "-o", "example.csv"]) == 0
@@ -150,11 +150,20 @@ def test_the_readme_python_code_runs(monkeypatch):
     import acausal
 
     (program,) = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
-    (model,) = re.findall(r"```modelica\n(.*?)```", README, re.DOTALL)
+    model, *_ = re.findall(r"```modelica\n(.*?)```", README, re.DOTALL)
     Path("rlc.acm").write_text(model, encoding="utf-8")
     exec(program, {})
     assert Path("rlc.png").stat().st_size > 1000
     assert acausal.compile_file("rlc.acm").name == "RLC"
+
+
+def test_the_readme_ball_comes_to_rest():
+    from acausal import compile_text
+
+    _, ball = re.findall(r"```modelica\n(.*?)```", README, re.DOTALL)
+    result = compile_text(ball).simulate(stop_time=10)
+    assert result["v"].values[-1] == 0
+    assert abs(result["h"].values[-1]) < 1e-9
 
 
 def test_the_readme_commands_are_the_ones_that_ci_runs():
