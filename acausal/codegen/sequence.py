@@ -94,6 +94,11 @@ def _load() -> int:
     return engine.address_of("acausal_sequence")
 
 
+def address() -> int:
+    """Return the address of the function that runs sequences, ``void f(void* argument)``."""
+    return _load()
+
+
 class NativeSequence:
     """Kernel calls in order, stored in an array."""
 
@@ -135,6 +140,11 @@ class NativeSequence:
         )  # fmt: skip
         self._function = _FUNCTION(_load())
         self._argument = ctypes.c_void_p(self._table.ctypes.data)
+
+    @property
+    def argument(self) -> int:
+        """Address of what the native function :func:`address` takes, to run this sequence."""
+        return int(self._table.ctypes.data)
 
     def run(self) -> None:
         """Evaluate and store all calls in order."""

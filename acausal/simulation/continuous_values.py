@@ -144,6 +144,11 @@ class RunValues:
         self.w[TIME_POSITION] = time
         self.show()
 
+    @property
+    def shown(self) -> tuple[Array, Array]:
+        """Where the kernels see the values."""
+        return self._in_w_y, self._in_w_yp
+
     def show(self) -> None:
         """Let the kernels see the values."""
         self._in_w_y[:] = self.y
@@ -250,14 +255,16 @@ def set_states(run: RunValues, hybrid: Hybrid, acting: Ids, values: Array, time:
     for k in acting.tolist():
         variable, wanted = int(reinits.states[k]), int(reinits.wanted[k])
         place = int(run.layout.position[variable]) - Y_POSITION
-        name, value = names.variable(wanted), reinits.signs[k] * values[k]
+        value = reinits.signs[k] * values[k]
         if not 0 <= place < run.layout.n or variable not in run.states:
+            name = names.variable(wanted)
             present = "" if place < 0 else f", {name} = {run.w[Y_POSITION + place]:.6g}"
             fail("E040", f"reinit of {name}, which is no state", reinit_span(run.system, k),
                  label="its value follows from other variables",
                  notes=[f"t = {time:.9g} s{present}; wanted: {name} = {values[k]:.6g}"],
                  help="reinit a variable whose derivative stands in an equation")  # fmt: skip
         if new.setdefault(variable, value) != value:
+            name = names.variable(wanted)
             fail("E041", f"{name} gets two values by reinits at once", reinit_span(run.system, k),
                  notes=[f"t = {time:.9g} s: {new[variable]:.6g} and {value:.6g}"],
                  help="put both into one when, the second one under elsewhen")  # fmt: skip

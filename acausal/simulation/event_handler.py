@@ -59,7 +59,7 @@ class EventHandler:
         self._tools: dict[int, tuple[EventIteration, RunValues]] = {}
         self._texts: EventTexts | None = None
         self._known_texts: dict[bytes, str] = {}
-        self._recent: deque[tuple[float, int]] = deque(maxlen=CHATTERING)
+        self._recent: deque[tuple[float, bytes]] = deque(maxlen=CHATTERING)
         self._instant = INSTANT * (run.stop - start)
         self._shortest = CHATTERING_SHARE * (run.stop - start)
         self.next_time = np.inf
@@ -143,6 +143,8 @@ class EventHandler:
         """
         run = self._run
         _, kernels, iteration, values, integrator = self._present()
+        if not iteration.prepared:
+            iteration.prepare(integrator.native_point(), (values.y, values.yp), values.shown)
         time = run.time
         values.take(time, integrator.y, integrator.yp)
         expected, jumped = self._delayed(kernels, time)
@@ -151,7 +153,7 @@ class EventHandler:
         relations = None
         if is_root:
             relations = kernels.states.after_roots(before, integrator.roots_found)
-            if self._is_chattering(time, relations != before, kernels, values):
+            if self._is_chattering(time, integrator.roots_found, kernels, values):
                 return False
         n = self._hybrid.n_discrete
         discrete = kernels.held[:n].tobytes()
@@ -168,7 +170,7 @@ class EventHandler:
             run.record_here()
             run.fail(at_event(error))
             return False
-        if iteration.violated.any():
+        if len(iteration.violated) and iteration.violated.any():
             self._violate(kernels, iteration, time)
         if kernels.delays is not None and expected is not None:
             self._schedule.add_jumps(kernels.delays.jump(time, expected))
@@ -253,20 +255,22 @@ class EventHandler:
         return integrator.y, integrator.yp
 
     def _is_chattering(
-        self, time: float, changed: NDArray[np.bool_], kernels: EventKernels, values: RunValues
+        self, time: float, roots: NDArray[np.int32], kernels: EventKernels, values: RunValues
     ) -> bool:
-        first = int(np.argmax(changed)) if changed.any() else -1
-        self._recent.append((time, first))
+        self._recent.append((time, roots.tobytes()))
         if len(self._recent) < CHATTERING:
             return False
         span = time - self._recent[0][0]
         if span > self._shortest:
             return False
-        relations, times = np.unique([k for _, k in self._recent if k >= 0], return_counts=True)
+        states = kernels.states.relations
+        found = np.frombuffer(b"".join(r for _, r in self._recent), np.int32) != 0
+        often = found.reshape(CHATTERING, -1).sum(axis=0)
+        times = np.bincount(states.root_relation, often, minlength=states.count)
         if times.max(initial=0) < OFTEN:
             return False  # many things happen next to each other
-        relations = relations[times >= OFTEN]
-        places: Ids = kernels.states.relations.place[relations]
+        relations = np.flatnonzero(times >= OFTEN)
+        places: Ids = states.place[relations]
         self._run.fail(
             chattering(
                 self._run.system, kernels, places, values.values(), time, len(self._recent), span
@@ -307,10 +311,10 @@ class EventHandler:
         for reinit in iteration.rested.tolist():
             name = self._run.system.names.variable(int(reinits.wanted[reinit]))
             events.append(Event(time, f"impacts accumulate: {name} comes to rest"))
-        rests = self._hybrid.rests
-        if rests is None:
+        rests, now = self._hybrid.rests, self._resting(kernels)
+        if rests is None or resting.tobytes() == now.tobytes():
             return
-        for k in np.flatnonzero(resting > self._resting(kernels)).tolist():
+        for k in np.flatnonzero(resting > now).tolist():
             name = self._run.system.names.variable(int(reinits.wanted[rests.reinits[k]]))
             events.append(Event(time, f"{name} leaves its rest"))
 

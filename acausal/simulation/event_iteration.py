@@ -26,7 +26,9 @@ from acausal.flattening.model import Ids
 from acausal.simulation.accumulation import Accumulation
 from acausal.simulation.contacts import Contacts
 from acausal.simulation.event_kernels import EventKernels
+from acausal.simulation.native_settlement import NativeSettlement, Outcome
 from acausal.simulation.not_finite import is_partial
+from acausal.solvers.consistent_point import NativePoint
 
 Array = NDArray[np.float64]
 
@@ -114,15 +116,39 @@ class EventIteration:
         self._n = hybrid.n_discrete
         self._relevant = np.flatnonzero(hybrid.relevant)
         self._partial = any(is_partial(f.template) for f in hybrid.assignments)
-        self._known = b""  # what equations read of the held values, at the last solution
+        # what equations read of the held values, at the last solution
+        self._known: Array = np.zeros(len(self._relevant))
+        self._native: NativeSettlement | None = None
+        self.prepared = False
         self.solved = False
         self.terminated = -1
         self.violated: NDArray[np.bool_] = np.zeros(len(kernels.holds), np.bool_)
 
     def _solve(self, continuous: Continuous, time: float) -> None:
         continuous.solve(time)
-        self._known = self.kernels.held[self._relevant].tobytes()
+        self._known[:] = self.kernels.held[self._relevant]
         self.solved = True
+
+    def prepare(
+        self, point: NativePoint | None, y: tuple[Array, Array], shown: tuple[Array, Array]
+    ) -> None:
+        """Use native code from now on where that is possible.
+
+        Args:
+            point: Solves the continuous equations.
+            y: Unknowns and derivatives that the continuous equations have found.
+            shown: Where the discrete equations see them.
+        """
+        self.prepared = True
+        kernels = self.kernels
+        if point is None or len(kernels.terminates) or len(kernels.holds):
+            return
+        rests = kernels.hybrid.rests
+        none = np.zeros(0, np.int64)
+        places = (none, none) if rests is None else (rests.at_rest, rests.supported)
+        self._native = NativeSettlement(
+            kernels, self._relevant, self._known, places, point, y, shown
+        )
 
     def first(self, continuous: Continuous, time: float) -> None:
         """Settle the first instant: relations as they are, no when fires but those of initial."""
@@ -185,7 +211,7 @@ class EventIteration:
         kernels = self.kernels
         self.solved = False
         self.rested = self.rested[:0]
-        self._known = b"" if anew else kernels.held[self._relevant].tobytes()
+        self._known[:] = np.nan if anew else kernels.held[self._relevant]
         kernels.remember_limits()
         kernels.leave()
         if relations is not None:  # those whose root was found were near zero
@@ -216,6 +242,8 @@ class EventIteration:
         self, continuous: Continuous, time: float, *, once: int = -1, initial: bool = False
     ) -> None:
         held, n = self.kernels.held, self._n
+        if self._native is not None and once < 0 and self._has_settled(continuous, time):
+            return
         for round_ in range(ROUNDS):
             self._settle(continuous, time, initial and round_ == 0)
             self._note()
@@ -233,6 +261,22 @@ class EventIteration:
         held[n : 2 * n] = before  # for the message
         raise EndlessError(np.flatnonzero(before != held[:n]), False)
 
+    def _has_settled(self, continuous: Continuous, time: float) -> bool:
+        """Let native code do the rounds; return False where something unusual is left to do."""
+        native, held, n = self._native, self.kernels.held, self._n
+        assert native is not None
+        for _ in range(ROUNDS):
+            outcome = native.settle(time)
+            self.solved |= native.solved
+            if outcome != Outcome.REINIT:
+                return outcome == Outcome.SETTLED
+            self._reinit(continuous, time)
+            if self._partial and not np.isfinite(held[:n]).all():
+                return False
+            held[n : 2 * n] = held[:n]
+            self.kernels.remember_limits()
+        return False
+
     def _note(self) -> None:
         """Take note of what whens say in this round besides setting variables."""
         number = self.kernels.evaluate_terminations()
@@ -249,7 +293,7 @@ class EventIteration:
         for _ in range(TURNS):
             changed = self._turn(initial, None)
             now = self.kernels.held[self._relevant].tobytes()
-            if now != self._known:
+            if now != self._known.tobytes():
                 if now in seen:
                     break
                 seen.add(now)

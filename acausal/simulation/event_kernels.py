@@ -208,6 +208,12 @@ class EventKernels:
 
     # --- evaluation ------------------------------------------------------------------------
 
+    def addresses(self) -> tuple[int, int, int, int, int]:
+        """Return the arguments of the sequences update, follow, assign, limits, fires."""
+        parts = (self._update, self._hold_wanted, self._assignments, self._limits, self._fires)
+        update, follow, assign, limits, fires = (part.argument for part in parts)
+        return update, follow, assign, limits, fires
+
     def leave(self) -> None:
         """Remember the differences of the relations as those before the event."""
         self._leave.run()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from struct import Struct
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ Array = NDArray[np.float64]
 CHUNK = 8_000_000
 #: More output points than this are surely a mistake in the interval.
 MOST_POINTS = 50_000_000
+_DOUBLE = Struct("d")
 
 
 def output_times(request: Request, start: float, stop: float) -> Array:
@@ -59,57 +61,66 @@ class Recorder:
     chosen: Ids | None
     segments: list[Segment]
     _observer: Observer | None = None
-    _times: list[Array | float] = field(default_factory=list)
-    _y: list[Array] = field(default_factory=list)
-    _yp: list[Array] = field(default_factory=list)
+    _times: list[Array | bytes] = field(default_factory=list)
+    _y: list[Array | bytes] = field(default_factory=list)
+    _yp: list[Array | bytes] = field(default_factory=list)
+    _counts: list[int] = field(default_factory=list)
     _which: list[int] = field(default_factory=list)
-    _held: list[Array] = field(default_factory=list)
+    _held: list[bytes] = field(default_factory=list)
+    _columns: int = 0
     _size: int = 0
-    _last: bytes | None = None
 
     def hold(self, held: Array) -> None:
         """Take held values for all points from now on."""
         now = held.tobytes()
-        if now != self._last:
-            self._last = now
-            self._held.append(held.copy())
+        if not self._held or now != self._held[-1]:
+            self._held.append(now)
 
     def store(self, observer: Observer, times: Array, y: Array, yp: Array) -> None:
         """Store points of one layout; the arrays are kept, not copied."""
         if not len(times):
             return
+        self._add(observer, times, y, yp, len(times), y.shape[1])
+
+    def store_point(self, observer: Observer, time: float, y: Array, yp: Array) -> None:
+        """Store a single point; the arrays are copied."""
+        # Bytes: many small arrays would cost ten times as much.
+        self._add(observer, _DOUBLE.pack(time), y.tobytes(), yp.tobytes(), 1, len(y))
+
+    def _add(
+        self,
+        observer: Observer,
+        times: Array | bytes,
+        y: Array | bytes,
+        yp: Array | bytes,
+        count: int,
+        columns: int,
+    ) -> None:
         if observer is not self._observer or self._size > CHUNK:
             self.flush()
-            self._observer = observer
+            self._observer, self._columns = observer, columns
         self._times.append(times)
         self._y.append(y)
         self._yp.append(yp)
+        self._counts.append(count)
         self._which.append(len(self._held) - 1)
-        self._size += y.size + yp.size if self.chosen is not None else 0
-
-    def store_point(self, observer: Observer, time: float, y: Array, yp: Array) -> None:
-        """Store one point; the arrays, shape ``(n,)``, are copied."""
-        if observer is not self._observer or self._size > CHUNK:
-            self.flush()
-            self._observer = observer
-        self._times.append(float(time))
-        self._y.append(y.copy())
-        self._yp.append(yp.copy())
-        self._which.append(len(self._held) - 1)
-        self._size += 2 * y.size if self.chosen is not None else 0
+        if self.chosen is not None:
+            self._size += 2 * count * columns
 
     def flush(self) -> None:
         """Make a segment of what has come so far."""
         if self._observer is None or not self._times:
             return
-        times = np.concatenate([np.atleast_1d(part) for part in self._times])
-        y, yp = _joined(self._y), _joined(self._yp)
+        times = _joined(self._times)
+        shape = (len(times), self._columns)
+        y, yp = (_joined(parts).reshape(shape) for parts in (self._y, self._yp))
         held = None
         if self._held:
-            counts = [1 if isinstance(part, float) else len(part) for part in self._times]
             first = self._which[0]
-            which = np.repeat(np.array(self._which) - first, counts)
-            held = Held(np.stack(self._held[first:]), which)
+            which = np.repeat(np.array(self._which) - first, self._counts)
+            parts = self._held[first:]
+            values = np.frombuffer(b"".join(parts)).reshape(len(parts), len(parts[0]) // 8)
+            held = Held(values, which)
             del self._held[:-1]
         if self.chosen is None:
             self.segments.append(Segment(self._observer, times, y, yp, None, held))
@@ -117,8 +128,8 @@ class Recorder:
             values = self._observer.values(self.chosen.tolist(), times, y, yp, held)
             empty = np.zeros((len(times), 0))
             self.segments.append(Segment(self._observer, times, empty, empty, values))
-        for parts in (self._times, self._y, self._yp, self._which):
-            parts.clear()
+        for stored in (self._times, self._y, self._yp, self._counts, self._which):
+            stored.clear()
         self._size = 0
 
     def chunk(self, n: int) -> int:
@@ -128,7 +139,10 @@ class Recorder:
         return max(2, CHUNK // max(1, 2 * n))
 
 
-def _joined(parts: list[Array]) -> Array:
-    """Return the rows of arrays of points and of single points."""
-    rows = [part if part.ndim == 2 else part[None, :] for part in parts]
-    return rows[0] if len(rows) == 1 else np.concatenate(rows)
+def _joined(parts: list[Array | bytes]) -> Array:
+    """Return all numbers in a row, of a single array without a copy."""
+    first = parts[0]
+    if len(parts) == 1 and not isinstance(first, bytes):
+        return first
+    plain = (part if isinstance(part, bytes) else part.data for part in parts)
+    return np.frombuffer(bytearray().join(plain))

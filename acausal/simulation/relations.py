@@ -199,9 +199,10 @@ class RelationStates:
             roots: 1 rising, -1 falling, 0 for none, shape ``(r,)``.
         """
         new = held.copy()
-        for root in np.flatnonzero(roots).tolist():
+        signs = roots.tolist()
+        for root in (k for k, sign in enumerate(signs) if sign):
             k = int(self.relations.root_relation[root])
-            rising = roots[root] > 0
+            rising = signs[root] > 0
             if self.relations.kind[k] == FLOOR:
                 new[k] += 1.0 if rising else -1.0
             else:

@@ -23,13 +23,20 @@ class Schedule:
     """
 
     def __init__(self, hybrid: Hybrid, start: float) -> None:
-        self._places = hybrid.sample_places
-        self._first = hybrid.sample_start
-        self._interval = hybrid.sample_interval
-        passed = (start - self._first) / self._interval if len(self._places) else np.zeros(0)
-        self._count: Array = np.maximum(np.ceil(passed - 1e-12), 0.0)
-        self._times: Array = self._first + self._count * self._interval
-        self._next_sample = float(self._times.min(initial=np.inf))
+        # Samples with the same start and interval are one.
+        both = np.stack([hybrid.sample_start, hybrid.sample_interval], axis=1)
+        clocks, which = np.unique(both, axis=0, return_inverse=True)
+        self._clocks: list[tuple[float, float]] = [(float(a), float(b)) for a, b in clocks]
+        self._places = [hybrid.sample_places[which.ravel() == k] for k in range(len(clocks))]
+        self._count = [
+            max(float(np.ceil((start - first) / interval - 1e-12)), 0.0)
+            for first, interval in self._clocks
+        ]
+        self._times = [
+            first + m * interval
+            for (first, interval), m in zip(self._clocks, self._count, strict=True)
+        ]
+        self._next_sample = min(self._times, default=np.inf)
         self._jumps: list[float] = []
 
     def add_jumps(self, times: Array) -> None:
@@ -47,17 +54,21 @@ class Schedule:
 
     def due(self, time: float) -> Ids:
         """Return the held positions of the samples whose time it is, and go on to their next."""
-        if self._next_sample > time + SAME_TIME * max(abs(time), 1e-3):
+        latest = time + SAME_TIME * max(abs(time), 1e-3)
+        if self._next_sample > latest:
             return _NONE
-        now = self._times <= time + SAME_TIME * max(abs(time), 1e-3)
-        self._count[now] += 1.0
-        self._times[now] = self._first[now] + self._count[now] * self._interval[now]
-        self._next_sample = float(self._times.min(initial=np.inf))
-        return self._places[now]
+        found: list[Ids] = []
+        for k, (first, interval) in enumerate(self._clocks):
+            if self._times[k] <= latest:
+                found.append(self._places[k])
+                self._count[k] += 1.0
+                self._times[k] = first + self._count[k] * interval
+        self._next_sample = min(self._times)
+        return found[0] if len(found) == 1 else np.sort(np.concatenate(found))
 
     def next_time(self, kernels: EventKernels) -> float:
         """Return the next time, ``inf`` if there is none; relations have just been prepared."""
         known = min(self._next_sample, self._jumps[0]) if self._jumps else self._next_sample
         if not kernels.states.any_scheduled:
             return known
-        return min(known, float(kernels.states.next.min()))
+        return min(known, float(np.minimum.reduce(kernels.states.next)))

@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 from ctypes import byref, c_double, c_int32, c_void_p
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,22 @@ DENSE_LIMIT = 60
 # The interpreter's lock is kept: giving it up costs more than a small system.
 _FUNCTION = ctypes.PYFUNCTYPE(c_int32, c_double, c_void_p)
 _UNIT_ROUNDOFF = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True)
+class NativePoint:
+    """Addresses for native code that solves the same system.
+
+    Attributes:
+        function: ``i32 f(double t, void* table)``, negative where it fails.
+        table: Its argument.
+        y, yp: Where it takes the unknowns and derivatives from, and leaves them.
+    """
+
+    function: int
+    table: int
+    y: int
+    yp: int
 
 
 class ConsistentPoint:
@@ -84,6 +101,14 @@ class ConsistentPoint:
         self._table = table
         self._argument = c_void_p(table.ctypes.data)
         self._function = _FUNCTION(native_newton.address())
+
+    @property
+    def native(self) -> NativePoint | None:
+        """The same for native code; None for a system too large, or in Python."""
+        if self._function is None:
+            return None
+        places = (self._table, self._y, self._yp)
+        return NativePoint(native_newton.address(), *(int(a.ctypes.data) for a in places))
 
     def solve(self, t: float, y: Array, yp: Array) -> int:
         """Replace algebraic unknowns and derivatives; see ``Integrator.consistent``."""

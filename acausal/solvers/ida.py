@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.solvers import native
-from acausal.solvers.consistent_point import ConsistentPoint
+from acausal.solvers.consistent_point import ConsistentPoint, NativePoint
 from acausal.solvers.failures import (
     Failure,
     IntegrationError,
@@ -43,7 +43,11 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_STATUS = {Code.STEPPED: Status.STEPPED, Code.REACHED: Status.REACHED, Code.ROOT: Status.ROOT}
+_STATUS: dict[int, Status] = {
+    Code.STEPPED: Status.STEPPED,
+    Code.REACHED: Status.REACHED,
+    Code.ROOT: Status.ROOT,
+}
 #: Up to this size a dense matrix is as fast as a sparse one (measured).
 DENSE_LIMIT = {"klu": 12, "superlumt": 25}
 #: Failures in a row at the same error test or Newton iteration before IDA gives up a step.
@@ -354,7 +358,7 @@ class IDAIntegrator:
             if progress is not None:
                 progress(self.t)
             if flag == Code.REACHED or flag == Code.ROOT:
-                return _STATUS[Code(flag)], None
+                return _STATUS[flag], None
 
     def _halt(self) -> None:
         self._frame.words[Word.STOP] = 1
@@ -399,6 +403,12 @@ class IDAIntegrator:
         if self._consistent_point is None:
             self._consistent_point = ConsistentPoint(self._system)
         return self._consistent_point.solve(t, y, yp)
+
+    def native_point(self) -> NativePoint | None:
+        """Return how native code does the same; see the protocol."""
+        if self._consistent_point is None:
+            self._consistent_point = ConsistentPoint(self._system)
+        return self._consistent_point.native
 
     @property
     def statistics(self) -> Statistics:

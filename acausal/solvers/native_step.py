@@ -25,7 +25,7 @@ from acausal.solvers.native import Word
 CHANGE, FRACTION = 0.5, 1e-6
 #: First steps after restarts are chosen so that their estimated error is this many tolerances,
 #: and vary by no more than these factors from one restart to the next.
-FIRST_ERROR, SHRINK, GROW = 0.25, 0.1, 4.0
+FIRST_ERROR, SHRINK, GROW = 0.05, 0.1, 4.0
 #: Steps too small to change the time before the run is given up.
 MOST_STANDING = 50
 #: Width of the interval that holds a root, in units of roundoff (as in IDA).

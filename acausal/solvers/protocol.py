@@ -17,6 +17,7 @@ from acausal.diagnostics import fail
 
 if TYPE_CHECKING:
     from acausal.assembly.problem import DAEProblem
+    from acausal.solvers.consistent_point import NativePoint
     from acausal.solvers.failures import IntegrationError
     from acausal.solvers.system import NativeSystem
 
@@ -224,6 +225,9 @@ class Integrator(Protocol):
             Newton iterations, or -1 where the matrix is singular, a value is not finite or the
             iteration does not converge; ``y`` and ``yp`` are unchanged then.
         """
+
+    def native_point(self) -> NativePoint | None:
+        """Return how native code does what :meth:`consistent` does, None if it cannot."""
 
     @property
     def statistics(self) -> Statistics:

@@ -97,3 +97,6 @@ class TrivialIntegrator(Watching):
     def consistent(self, t: float, y: Array, yp: Array) -> int:
         """Nothing is to be solved."""
         return 0
+
+    def native_point(self) -> None:
+        """Nothing is to be solved in native code either."""

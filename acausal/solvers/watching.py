@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.solvers.consistent_point import ConsistentPoint
+from acausal.solvers.consistent_point import ConsistentPoint, NativePoint
 from acausal.solvers.native_step import ROOT_WIDTH, SECANTS, TURNS
 from acausal.solvers.system import NativeSystem
 
@@ -141,3 +141,9 @@ class Watching:
         if self._consistent_point is None:
             self._consistent_point = ConsistentPoint(self._system)
         return self._consistent_point.solve(t, y, yp)
+
+    def native_point(self) -> NativePoint | None:
+        """Return how native code does the same; see the protocol."""
+        if self._consistent_point is None:
+            self._consistent_point = ConsistentPoint(self._system)
+        return self._consistent_point.native
