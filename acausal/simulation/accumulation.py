@@ -68,6 +68,8 @@ class Accumulation:
         if self._rests is None:
             return acting[:0]
         speed, gap = np.abs(values[acting]), time - self._last[acting]
+        if not np.isfinite(speed).all():
+            return acting[:0]  # reported with the values of this event
         repeated = gap == 0.0
         weaker = (gap < self._gap[acting]) & (speed < self._speed[acting]) & (gap < np.inf)
         self._count[acting] = np.where(

@@ -16,16 +16,40 @@ from acausal.assembly.problem import KernelCall
 from acausal.codegen.delays import DelayTable
 from acausal.codegen.kernels import Kernel
 from acausal.codegen.sequence import NativeSequence
+from acausal.diagnostics import fail
 from acausal.elimination.families import variable_slots
 from acausal.expressions.nodes import TIME
 from acausal.expressions.traverse import depends_on
-from acausal.flattening.model import Hybrid
+from acausal.flattening.model import Hybrid, Names
+from acausal.initialization.texts import member_text
 
 Array = NDArray[np.float64]
 Call = tuple[Kernel, NDArray[np.int32], NDArray[np.int32]]
 
 #: A change of more than this share of the values is a jump.
 JUMP = 1e-9
+
+
+def moving(hybrid: Hybrid) -> bool:
+    """Tell whether delayed expressions, or delays, change between events."""
+    return any(
+        bool(variable_slots(f)) or depends_on(f.template, TIME)
+        for f in (*hybrid.delays, *hybrid.delay_times)
+    )
+
+
+def refuse_zero_delays(hybrid: Hybrid, names: Names) -> None:
+    """Refuse delays of zero seconds of values that move: no step would be short enough.
+
+    Raises:
+        AcausalError: ``E025``.
+    """
+    for family in hybrid.delays if moving(hybrid) else ():
+        none = np.flatnonzero(hybrid.delay_maxima[family.rows] <= 0.0)
+        if len(none):
+            text, span = member_text(family, int(none[0]), names)
+            fail("E025", "a delay of a value that moves is 0 s", span, label=text,
+                 help="give a time above zero, or use the value itself")  # fmt: skip
 
 
 class Delays:
@@ -54,10 +78,7 @@ class Delays:
             hybrid.delay_maxima,
             [KernelCall(kernel, index, target, nothing) for kernel, index, target in times],
         )
-        self.moving = any(
-            bool(variable_slots(f)) or depends_on(f.template, TIME)
-            for f in (*hybrid.delays, *hybrid.delay_times)
-        )
+        self.moving = moving(hybrid)
         self._w = w
         self._places = first + hybrid.delay_places
         self._values: Array = np.zeros(len(hybrid.delay_places))

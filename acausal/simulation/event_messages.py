@@ -12,7 +12,7 @@ from acausal.flattening.model import Ids
 from acausal.simulation.event_iteration import EndlessError
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.event_texts import EventTexts
-from acausal.simulation.not_finite import not_finite
+from acausal.simulation.not_finite import refuse_discrete
 from acausal.simulation.system import System
 
 Array = NDArray[np.float64]
@@ -37,7 +37,7 @@ def endless(
         first = kernels.first - hybrid.first
         parameters = kernels.w[first : kernels.first + hybrid.count]
         try:
-            not_finite(system, hybrid.assignments, values, parameters, time)
+            refuse_discrete(system, kernels.held, values, parameters, time)
         except AcausalError as error:
             return error
     texts = EventTexts(system, kernels)

@@ -51,6 +51,8 @@ Array = NDArray[np.float64]
 
 #: A response smaller than this share of the largest one is none.
 NOTHING = 1e-11
+#: Mechanisms with more unknowns need the impulse to be named: the search is dense.
+LARGEST = 3000
 
 
 class Impacts:
@@ -193,6 +195,8 @@ class Impacts:
         assert callable(solve)
         c, d = self._system.offsets.c, self._system.offsets.d
         n = problem.n
+        if n > LARGEST:
+            return None
         jacobian = dense_matrix(problem.indptr, problem.indices, data, n)
         moving = np.flatnonzero(d > 0)
         mass = np.zeros(n)

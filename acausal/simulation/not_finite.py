@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from acausal.diagnostics import fail
+from acausal.expressions.build import number_of
 from acausal.expressions.nodes import Expr
 from acausal.expressions.traverse import postorder
 from acausal.flattening.model import EquationFamily, Operand
@@ -24,7 +26,8 @@ HELP = "at this event the values jump: let an if decide what holds where this ca
 def is_partial(expr: Expr) -> bool:
     """Tell whether an expression is not defined for all values of its slots."""
     return any(
-        (e.op == "div" and e.args[1].op != "const")
+        (e.op == "div" and (e.args[1].op != "const" or e.args[1].value == 0.0))
+        or (e.op == "const" and not math.isfinite(number_of(e)))
         or e.op == "pow"
         or (e.op == "call" and e.value in PARTIAL)
         for e in postorder(expr)
@@ -58,3 +61,32 @@ def not_finite(
         known += [f"{names.parameter(p)} = {parameters[p]:.6g}" for p in failure.parameters]
         fail("I030", f"{failure.words} at t = {time:.9g} s", span, label=text,
              notes=["values: " + ", ".join(known)], help=HELP)  # fmt: skip
+
+
+def refuse_discrete(
+    system: System, held: Array, values: Array, parameters: Array, time: float
+) -> None:
+    """Report a discrete variable that is not finite.
+
+    Args:
+        system: The model.
+        held: Held values, shape ``(h,)``.
+        values: Values of all ids.
+        parameters: Parameters and held values.
+        time: Seconds.
+
+    Raises:
+        AcausalError: ``I030``.
+    """
+    hybrid = system.hybrid
+    assert hybrid is not None
+    bad = np.flatnonzero(~np.isfinite(held[: hybrid.n_discrete]))
+    if not len(bad):
+        return
+    not_finite(system, hybrid.assignments, values, parameters, time)
+    for family in hybrid.assignments:  # a division of constants, say
+        members = np.flatnonzero(family.rows == bad[0])
+        if len(members):
+            text, span = member_text(family, int(members[0]), system.names)
+            fail("I030", f"a discrete variable is {held[bad[0]]:g} at t = {time:.9g} s", span,
+                 label=text, help=HELP)  # fmt: skip

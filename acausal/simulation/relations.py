@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 from acausal.elimination.families import variable_slots
 from acausal.expressions.linearity import split_linear
 from acausal.expressions.nodes import TIME, ZERO, Expr
-from acausal.expressions.traverse import depends_on
 from acausal.flattening.model import EquationFamily, Hybrid, Ids
 
 Array = NDArray[np.float64]
@@ -112,11 +111,6 @@ def relations_of(hybrid: Hybrid) -> Relations:
         np.concatenate([watched, double]),
         np.repeat(np.array([0, 1], np.int8), [len(watched), len(double)]),
     )
-
-
-def depends_on_time(family: EquationFamily) -> bool:
-    """Tell whether the difference of a relation contains the time."""
-    return depends_on(family.template, TIME)
 
 
 @dataclass(frozen=True)

@@ -41,6 +41,9 @@ STEPS_BETWEEN_LOOKS = (3, 64)
 SNAPSHOTS = 2e-4
 #: Longest step where values are delayed, as a share of a run.
 HISTORY = 2e-3
+#: A variable delay that comes near zero does not make steps shorter than this share of a run;
+#: histories go on as straight lines over less than one step then.
+LEAST_STEP = 1e-6
 
 #: Numbers that may be spent on keeping earlier choices of states ready for use.
 KEPT = 4_000_000
@@ -316,7 +319,8 @@ class Run:
 
     def _longest(self, delays: Delays) -> float:
         """Return the longest step with delays: histories have to show what they delay."""
-        return min(delays.shortest, HISTORY * self.spacing / SNAPSHOTS)
+        run = self.spacing / SNAPSHOTS
+        return min(max(delays.shortest, LEAST_STEP * run), HISTORY * run)
 
     @property
     def _delays(self) -> Delays | None:

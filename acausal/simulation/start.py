@@ -17,9 +17,11 @@ from acausal.initialization.system import StartSystem
 from acausal.simulation.accumulation import Accumulation
 from acausal.simulation.contacts import Contacts
 from acausal.simulation.continuous_values import VALUES, StartValues, start_vector
+from acausal.simulation.delays import refuse_zero_delays
 from acausal.simulation.event_iteration import EndlessError, EventIteration
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.event_messages import endless
+from acausal.simulation.not_finite import refuse_discrete
 from acausal.simulation.relations import Relations, relations_of, room_for
 from acausal.simulation.states import StateSelector
 from acausal.simulation.system import System
@@ -62,6 +64,7 @@ def start_values(system: System, selector: StateSelector, time: float) -> Begin:
         better = selector.better(start.values, time)
         found = states if better is None else better
         return Begin(found, start.values, system.parameters, None, start.warnings)
+    refuse_zero_delays(system.hybrid, system.names)
     relations = relations_of(system.hybrid)
     w = start_vector(system, room_for(relations), time)
     w[TIME_POSITION] = time
@@ -81,6 +84,7 @@ def start_values(system: System, selector: StateSelector, time: float) -> Begin:
     except EndlessError as reason:
         raise endless(system, kernels, reason, values.values, time) from None
     parameters = values.parameters.copy()
+    refuse_discrete(system, parameters[system.hybrid.first :], values.values, parameters, time)
     selector.hold(parameters)
     better = selector.better(values.values, time)
     found = states if better is None else better
