@@ -53,7 +53,7 @@ class ClassEnvironment:
     ) -> None:
         self.builder = builder
         self.owner = owner
-        self.locals = locals_ or {}
+        self.locals = {} if locals_ is None else locals_
         self.depth = depth
         self.domain = Domain() if domain is None else domain
 
@@ -214,6 +214,10 @@ class ClassEnvironment:
                 if parts[0].name == "Integer" and value.type == "enumeration":
                     return Value("Integer", value.shape, value.get, LITERAL)
                 return value
+        if len(parts) == 2 and parts[0].name == "Connections":
+            from acausal.instantiation.overdetermined import ask_connections
+
+            return ask_connections(call, self)
         results = self.call_all(call, arguments)
         if not results:
             fail("T120", f"{call.function} gives no value", call.span,
@@ -260,7 +264,7 @@ class ClassEnvironment:
                 if binding is None:
                     fail("T120", f"{record.name} needs a value for {name}", call.span,
                          help=f"write {record.name}({name} = ...)")  # fmt: skip
-                fields[name] = elaborate(binding.value, env)
+                fields[name] = elaborate(binding.value, env.in_class(binding.owner))
         extra = [n for n in named if n not in merged.elements]
         if extra or len(given) > len(merged.elements):
             fail("T120", f"{record.name} has no field {extra[0] if extra else 'left'}", call.span,

@@ -58,6 +58,15 @@ def test_records_in_records():
     ]  # fmt: skip
 
 
+def test_defaults_of_a_constructed_record_follow_its_other_fields():
+    found = parameters(
+        "package P record B constant Real two = 2; parameter Real a = 1; "
+        "parameter Real b = two*a; end B; end P; record C extends P.B(a = 5); end C; "
+        "model M parameter P.B p = C(); parameter P.B q = C(a = 7); end M;"
+    )
+    assert (found["p.a"], found["p.b"], found["q.a"], found["q.b"]) == (5.0, 10.0, 7.0, 14.0)
+
+
 def test_arrays_of_records():
     text = Z + "model M Z z[3](a = {1, 2, 3}); Real s = sum(z.a); Real t = z[2].a + z[3].b; end M;"
     assert values(text, "s", "t") == [6, 5]
