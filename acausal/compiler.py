@@ -80,6 +80,7 @@ def compile_class(
         AcausalError: For any mistake in the model.
     """
     from acausal.assembly.assemble import family_kernels
+    from acausal.connections.spanning import instantiate_rooted
     from acausal.diagnosis.floating import refuse_floating
     from acausal.diagnosis.singular import explain_singularity
     from acausal.elimination.eliminate import eliminate
@@ -87,7 +88,6 @@ def compile_class(
     from acausal.events.lowering import lower_events
     from acausal.flattening.flatten import flatten
     from acausal.flattening.open_inputs import refuse_open_inputs
-    from acausal.instantiation.instantiate import instantiate
     from acausal.simulation.build import build_system
     from acausal.structural.differentiate import differentiate
     from acausal.structural.incidence import chains_of, incidence_of
@@ -96,7 +96,7 @@ def compile_class(
     stages = Stages() if stages is None else stages
     stages.definition = definition
     with stages.timed("instantiate"):
-        stages.templates, given = instantiate(definition, dict(parameters or {}))
+        stages.templates, given = instantiate_rooted(definition, dict(parameters or {}))
     with stages.timed("flatten"):
         flattened = stages.flattened = flatten(stages.templates, given)
         refuse_open_inputs(flattened)

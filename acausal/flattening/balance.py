@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from acausal.diagnostics import Label, fail
 from acausal.instantiation.connects import cut_leaves
+from acausal.instantiation.overdetermined import excess_rows
 from acausal.instantiation.template import Template
 
 
@@ -73,6 +74,7 @@ def check_class(template: Template) -> None:
         leaves = cut_leaves(child.template)
         across = sum(size for _, size, through, _ in leaves if not through)
         inside += child.size * (across - _inputs(child.template))
+    inside += excess_rows(template)
     wanted = unknowns + inside
     if rows == wanted:
         return

@@ -60,6 +60,14 @@ class FamilyBuilder:
         """Add members of a template over ``slot(0) ..``."""
         self._parts.setdefault((template, kinds), []).append((operands, rows, origins))
 
+    def add_filled(
+        self, template: Expr, operands: Ids, rows: Ids, origins: tuple[Origin, ...]
+    ) -> None:
+        """Add members of a template that need not use all of its operands, all variables."""
+        used = sorted(int(s) for s in slots(template))  # type: ignore[call-overload]
+        body = substitute(template, {slot(k): slot(i) for i, k in enumerate(used)})
+        self.add(body, (Operand.VARIABLE,) * len(used), operands[used], rows, origins)
+
     def add_class_equation(
         self, template: Template, residual: Expr, domain: Domain, first_row: int, span: Span,
         text: str, kind: RowKind, owner: str,

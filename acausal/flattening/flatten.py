@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from acausal.connections.junctions import Junctions, find_junctions
+from acausal.connections.spanning import SpanningForest, spanning_forest
 from acausal.diagnostics import Diagnostic, fail
 from acausal.expressions import build
 from acausal.expressions.nodes import Expr, slot
@@ -16,6 +16,7 @@ from acausal.flattening.balance import check_class
 from acausal.flattening.discrete import discrete_part, discrete_variables
 from acausal.flattening.experiment import experiment_of
 from acausal.flattening.families import FamilyBuilder, LiteralPool
+from acausal.flattening.loops import cut_origins, loop_rows
 from acausal.flattening.model import (
     Assertion,
     Base,
@@ -24,7 +25,6 @@ from acausal.flattening.model import (
     FlatModel,
     Ids,
     Operand,
-    Origin,
     RowKind,
     StateSelect,
     Variables,
@@ -99,7 +99,10 @@ def flatten(templates: list[Template], given: dict[str, float] | None = None) ->
         if group.count:
             check_class(group.template)
     equal = FamilyBuilder(numbering, literals, signals)
-    n_rows = _junction_rows(builder, equal, junctions, is_discrete, n_rows)
+    forest = spanning_forest(numbering, junctions)
+    n_rows = _junction_rows(builder, equal, junctions, forest, is_discrete, n_rows)
+    if forest is not None:
+        n_rows = loop_rows(builder, numbering, junctions, forest, n_rows)
     start_builder = FamilyBuilder(numbering, literals, signals)
     n_initial = 0
     for group in reversed(numbering.groups):
@@ -222,6 +225,7 @@ def _junction_rows(
     builder: FamilyBuilder,
     equal: FamilyBuilder,
     junctions: Junctions,
+    forest: SpanningForest | None,
     discrete: NDArray[np.bool_],
     n_rows: int,
 ) -> int:
@@ -253,8 +257,11 @@ def _junction_rows(
                                        template, n_rows, path, lonely)  # fmt: skip
                 n_rows += n_junctions * size
             else:
+                node = junctions.node
+                if forest is not None and path[0] in forest.records:
+                    node = forest.label[forest.records.index(path[0])]
                 n_rows = _across_rows(
-                    builder, equal, junctions, ids, cuts[own], size, discrete, n_rows, path
+                    builder, equal, junctions, node, ids, cuts[own], size, discrete, n_rows, path
                 )
     return n_rows
 
@@ -274,18 +281,18 @@ def _contributions(
         kind, text = RowKind.JUNCTION, f"the sum of {name} at the junction is 0"
     builder.add(
         template, (Operand.VARIABLE,), operands, targets,
-        _cut_origins(junctions, np.repeat(cuts, size), kind, text),
+        cut_origins(junctions, np.repeat(cuts, size), kind, text),
     )  # fmt: skip
 
 
 def _across_rows(
-    builder: FamilyBuilder, equal: FamilyBuilder, junctions: Junctions, ids: Ids, cuts: Ids,
-    size: int, discrete: NDArray[np.bool_], n_rows: int, path: tuple[str, ...],
+    builder: FamilyBuilder, equal: FamilyBuilder, junctions: Junctions, nodes: Ids, ids: Ids,
+    cuts: Ids, size: int, discrete: NDArray[np.bool_], n_rows: int, path: tuple[str, ...],
 ) -> int:  # fmt: skip
     # Discrete cuts first: what is continuous there follows from one of them.
     first = np.argsort(~discrete[ids[cuts]].any(axis=1), kind="stable")
     cuts = cuts[first]
-    node = junctions.node[cuts]
+    node = nodes[cuts]
     first_of, inverse = np.unique(node, return_index=True, return_inverse=True)[1:]
     reference = cuts[first_of[inverse]]
     other = reference != cuts
@@ -303,17 +310,6 @@ def _across_rows(
         target.add(
             build.sub(_X, _Y), (Operand.VARIABLE, Operand.VARIABLE),
             np.stack([a[chosen], b[chosen]]), rows,
-            _cut_origins(junctions, owners[chosen], RowKind.JUNCTION, text),
+            cut_origins(junctions, owners[chosen], RowKind.JUNCTION, text),
         )  # fmt: skip
     return n_rows + int((~held).sum())
-
-
-def _cut_origins(junctions: Junctions, cuts: Ids, kind: RowKind, text: str) -> tuple[Origin, ...]:
-    """Return origins for runs of cuts of one group."""
-    groups = junctions.group[cuts]
-    change = np.flatnonzero(np.diff(groups)) + 1
-    bounds = [0, *change.tolist(), len(cuts)]
-    return tuple(
-        Origin(a, b - a, kind, None, text, "", int(groups[a]), junctions.instance[cuts[a:b]])
-        for a, b in pairwise(bounds)
-    )

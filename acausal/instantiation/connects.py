@@ -18,7 +18,7 @@ from acausal.units.unit import parse_unit
 
 
 @dataclass(frozen=True)
-class _Cut:
+class Cut:
     """A cut or an array of cuts named in a connect equation."""
 
     steps: tuple[tuple[str, tuple[Value, ...]], ...]
@@ -29,6 +29,7 @@ class _Cut:
     span: Span
 
     def at(self, index: Index) -> CutRef:
+        """Return one cut of the array."""
         free = iter(index)
         path = tuple(
             Step(n, tuple(a.get((next(free),)) if a.shape else a.expr for a in axes))
@@ -48,7 +49,7 @@ def add_connect(
     if sink.initial:
         fail("C104", "connect does not belong into initial equations", equation.span,
              help="move it to the equation section")  # fmt: skip
-    found = [_cut(reference, env) for reference in equation.cuts]
+    found = [cut_named(reference, env) for reference in equation.cuts]
     cuts = [c for c in found if c is not None]
     if len(cuts) < 2:
         return
@@ -69,7 +70,12 @@ def add_connect(
     over_elements(first.shape, emit, domain)
 
 
-def _cut(reference: tree.Reference, env: ClassEnvironment) -> _Cut | None:
+def cut_named(reference: tree.Reference, env: ClassEnvironment) -> Cut | None:
+    """Return the cut or array of cuts that a reference names, None if it is switched off.
+
+    Raises:
+        AcausalError: ``C1xx`` for what is no cut.
+    """
     builder = env.builder
     assert builder is not None
     first = reference.parts[0].name
@@ -107,7 +113,7 @@ def _cut(reference: tree.Reference, env: ClassEnvironment) -> _Cut | None:
              + (", ".join(n for n, c in template.children.items() if c.template.is_connector)
                 or "it has none"))  # fmt: skip
     shape = tuple(a.size for _, axes in steps for a in axes if a.shape)
-    return _Cut(tuple(steps), template, outer, inner_face, shape, reference.span)
+    return Cut(tuple(steps), template, outer, inner_face, shape, reference.span)
 
 
 def _not_a_cut(reference: tree.Reference, k: int, template: Template) -> None:

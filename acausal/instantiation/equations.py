@@ -24,6 +24,7 @@ from acausal.instantiation.discrete import (
 from acausal.instantiation.domain import has_loops, only_loops, over, split_by_indices
 from acausal.instantiation.environment import ClassEnvironment
 from acausal.instantiation.expressions import elaborate, elaborate_condition, iteration
+from acausal.instantiation.overdetermined import PREFIX, add_connections_call
 from acausal.instantiation.sinks import Sink, joined
 from acausal.instantiation.template import (
     INITIAL,
@@ -73,6 +74,8 @@ def elaborate_sections(builder: TemplateBuilder) -> None:
     template.discrete += [part for d in sink.discrete for part in _split(d)]
     template.reinits += sink.reinits
     template.terminates += sink.terminates
+    template.branches += sink.branches
+    template.roots += sink.roots
     check_set_once(template.discrete)
     start = Sink(True, held=held_names(template.discrete))
     for equation, owner in merged.initial_equations:
@@ -306,7 +309,9 @@ def _call(equation: tree.CallEquation, domain: Domain, env: ClassEnvironment, si
         own = assertion(equation.call, env, domain)
         if own is not None:
             sink.asserts.append(own)
-    elif not name.startswith("Connections"):
+    elif name.startswith(f"{PREFIX}."):
+        add_connections_call(equation.call, domain, env, sink)
+    else:
         env.call(equation.call)
         fail("T133", f"{name} is not an equation", equation.span,
              help="write left = right")  # fmt: skip

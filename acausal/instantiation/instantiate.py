@@ -14,12 +14,18 @@ from acausal.modeling.classes import ClassDef
 Given = dict[str, float]
 
 
-def instantiate(definition: ClassDef, given: Given | None = None) -> tuple[list[Template], Given]:
+def instantiate(
+    definition: ClassDef,
+    given: Given | None = None,
+    answers: dict[tuple[str, ...], bool] | None = None,
+) -> tuple[list[Template], Given]:
     """Elaborate a model.
 
     Args:
         definition: The model.
         given: Parameter values by path; those of structural parameters are used here.
+        answers: What classes ask about overdetermined records, by path of the instance and
+            question; see :func:`acausal.connections.spanning.instantiate_rooted`.
 
     Returns:
         All templates, components before their owners, the model last; and the given values
@@ -39,6 +45,8 @@ def instantiate(definition: ClassDef, given: Given | None = None) -> tuple[list[
         if kind == "Integer" and number != round(number):
             fail("T115", f"{path} must be an Integer, not {number:g}", help="give a whole number")
         values[parts] = scalar(const(float(number)), kind)
+    for question, holds in (answers or {}).items():
+        values[question] = scalar(const(float(holds)), "Boolean")
     elaborator = Elaborator()
     elaborator.template(definition, Environment(values))
     return elaborator.templates, left

@@ -11,12 +11,14 @@ from acausal.expressions.nodes import Expr
 from acausal.instantiation.domain import at_pass
 from acausal.instantiation.template import (
     AssertDecl,
+    BranchDecl,
     ConnectDecl,
     DiscreteDecl,
     Domain,
     EquationDecl,
     Ref,
     ReinitDecl,
+    RootDecl,
     TerminateDecl,
 )
 
@@ -50,6 +52,8 @@ class Sink:
     discrete: list[DiscreteDecl] = field(default_factory=list)
     reinits: list[ReinitDecl] = field(default_factory=list)
     terminates: list[TerminateDecl] = field(default_factory=list)
+    branches: list[BranchDecl] = field(default_factory=list)
+    roots: list[RootDecl] = field(default_factory=list)
 
     def below(self, when: bool = False, conditional: bool = False) -> Sink:
         """Return an empty sink for a part of the section."""
@@ -63,6 +67,8 @@ class Sink:
         self.discrete += other.discrete
         self.reinits += other.reinits
         self.terminates += other.terminates
+        self.branches += other.branches
+        self.roots += other.roots
 
 
 def name_of(ref: Ref) -> Name:

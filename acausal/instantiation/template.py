@@ -262,6 +262,56 @@ class ConnectDecl:
 
 
 @dataclass(frozen=True)
+class NodeRef:
+    """An overdetermined record in a cut, such as the orientation of a frame."""
+
+    cut: CutRef
+    record: str
+
+    @property
+    def text(self) -> str:
+        """As a person would write it, with constant subscripts."""
+        names = [self.cut.outer] if self.cut.outer else []
+        for step in self.cut.path:
+            subscripts = ",".join(f"{e.value:g}" if e.op == "const" else "…" for e in step.index)
+            names.append(f"{step.name}[{subscripts}]" if subscripts else step.name)
+        return ".".join([*names, self.record])
+
+
+@dataclass(frozen=True)
+class Ask:
+    """``Connections.isRoot`` or ``Connections.rooted`` of a node, as a class asks for it."""
+
+    operator: str
+    node: NodeRef
+
+    @property
+    def text(self) -> str:
+        """The call; also the name under which the answer comes back."""
+        return f"Connections.{self.operator}({self.node.text})"
+
+
+@dataclass(frozen=True)
+class BranchDecl:
+    """``Connections.branch(tail, head)`` for every pass of the domain and every instance."""
+
+    tail: NodeRef
+    head: NodeRef
+    domain: Domain
+    span: Span
+
+
+@dataclass(frozen=True)
+class RootDecl:
+    """``Connections.root(node)``, or ``potentialRoot`` if there is a priority."""
+
+    node: NodeRef
+    priority: int | None
+    domain: Domain
+    span: Span
+
+
+@dataclass(frozen=True)
 class AssertDecl:
     """``assert(condition, message)`` for every pass of the domain and every instance."""
 
@@ -376,6 +426,8 @@ class Template:
             ``pre``, ``b = ...`` one without.
         signals: Conditions of whens, samples, delays.
         reinits, terminates: What else happens at events.
+        branches, roots: How overdetermined records of cuts hang together.
+        asks, answers: What the class wants to know about that, and what it was told.
     """
 
     number: int
@@ -400,6 +452,10 @@ class Template:
     signals: list[SignalDecl] = field(default_factory=list)
     reinits: list[ReinitDecl] = field(default_factory=list)
     terminates: list[TerminateDecl] = field(default_factory=list)
+    branches: list[BranchDecl] = field(default_factory=list)
+    roots: list[RootDecl] = field(default_factory=list)
+    asks: dict[str, Ask] = field(default_factory=dict)
+    answers: dict[str, bool] = field(default_factory=dict)
     primitive_connector: bool = False
     unfit_defaults: dict[str, AcausalError] = field(default_factory=dict)
 
