@@ -33,6 +33,7 @@ ORDER = (
     "results",
     "simulation",
     "inspection",
+    "reference",
     "compiler",
     "cli",
     "__main__",

@@ -72,28 +72,72 @@ def entries(definition: ClassDef) -> list[Entry]:
     Raises:
         AcausalError: If a base class is not found.
     """
-    return list(_entries(definition, {}))
+    return list(_entries(definition))
 
 
-def _entries(definition: ClassDef, given: dict[str, tree.Expression]) -> Iterator[Entry]:
-    """Yield inherited entries, then own ones; ``given`` holds values that derived classes set."""
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """A component of a class as it is declared, with what is known about it there.
+
+    Attributes:
+        component: The declaration.
+        owner: The class that declares it.
+        type_class: Its class; None if there is none of the name.
+        value: Its value, perhaps set by a class that extends the owner; None without one.
+        fixed_by: The class whose ``extends`` makes the value final; None if it can be set.
+    """
+
+    component: tree.ComponentDeclaration
+    owner: ClassDef
+    type_class: object
+    value: tree.Expression | None
+    fixed_by: ClassDef | None = None
+
+
+def declared(definition: ClassDef) -> Iterator[Declared]:
+    """Yield all components of a class, inherited ones first, each name once.
+
+    Raises:
+        AcausalError: If a base class is not found.
+    """
+    seen: set[str] = set()
+    for found in _declared(definition, {}, {}):
+        if found.component.name not in seen:
+            seen.add(found.component.name)
+            yield found
+
+
+def _declared(
+    definition: ClassDef, given: dict[str, tree.Expression], final: dict[str, ClassDef]
+) -> Iterator[Declared]:
+    """Yield as :func:`declared`; ``given`` and ``final`` hold what derived classes set."""
     for base, clause in definition.bases:
         if isinstance(base, ClassDef):
-            values = {
-                m.name[0]: m.value
-                for m in clause.modifiers
-                if len(m.name) == 1 and m.value is not None
-            }
-            yield from _entries(base, {**values, **given})
+            set_here = [m for m in clause.modifiers if len(m.name) == 1 and m.value is not None]
+            values = {m.name[0]: m.value for m in set_here if m.value is not None}
+            fixed = {m.name[0]: definition for m in set_here if m.final}
+            yield from _declared(base, {**values, **given}, {**fixed, **final})
     for component in definition.tree.components:
+        yield Declared(
+            component,
+            definition,
+            find_name(definition, component.type_name, skip_components=True),
+            given.get(component.name, component.value),
+            final.get(component.name),
+        )
+
+
+def _entries(definition: ClassDef) -> Iterator[Entry]:
+    """Yield the public components that a user may set or read, inherited ones first."""
+    for found in declared(definition):
+        component, type_class, owner = found.component, found.type_class, found.owner
         prefixes = component.prefixes
         constant = "constant" in prefixes
-        if not component.public or "final" in prefixes:
+        if not component.public or "final" in prefixes or found.fixed_by is not None:
             continue
-        if constant and definition.kind != "package":
+        if constant and owner.kind != "package":
             continue
-        type_class = find_name(definition, component.type_name, skip_components=True)
-        unit, simple = _unit(component, type_class)
+        unit, simple = unit_of(component, type_class)
         kind = "component"
         if constant:
             kind = "constant"
@@ -103,26 +147,25 @@ def _entries(definition: ClassDef, given: dict[str, tree.Expression]) -> Iterato
             kind = "cut"
         elif simple:
             kind = "variable"
-        value = given.get(component.name, component.value)
         dimensions = ", ".join(format_expression(d) for d in component.dimensions)
         yield Entry(
             name=component.name + (f"[{dimensions}]" if dimensions else ""),
             type_name=str(component.type_name),
             kind=kind,
             unit=unit,
-            default="" if value is None else format_expression(value),
+            default="" if found.value is None else format_expression(found.value),
             description=component.description,
-            owner=definition.full_name,
+            owner=owner.full_name,
         )
 
 
-def _unit(component: tree.ComponentDeclaration, type_class: object) -> tuple[str, bool]:
+def unit_of(component: tree.ComponentDeclaration, type_class: object) -> tuple[str, bool]:
     """Return the unit that a declaration or its type gives, and whether the type is a number."""
-    unit = _unit_of(component.modifiers)
+    unit = _given_unit(component.modifiers)
     seen = 0
     while isinstance(type_class, ClassDef) and seen < 100:
         seen += 1
-        unit = unit or _unit_of(type_class.tree.alias_modifiers)
+        unit = unit or _given_unit(type_class.tree.alias_modifiers)
         if type_class.tree.enumeration is not None:
             return "", True
         bases = type_class.bases
@@ -132,7 +175,7 @@ def _unit(component: tree.ComponentDeclaration, type_class: object) -> tuple[str
     return unit, isinstance(type_class, Builtin)
 
 
-def _unit_of(modifiers: tuple[tree.Modifier, ...]) -> str:
+def _given_unit(modifiers: tuple[tree.Modifier, ...]) -> str:
     for modifier in modifiers:
         if modifier.name == ("unit",) and isinstance(modifier.value, tree.StringLiteral):
             return modifier.value.value
@@ -192,7 +235,7 @@ def _class(definition: ClassDef) -> str:
     if definition.tree.enumeration is not None:
         lines += ["", "values", *_table(list(definition.tree.enumeration))]
         return "\n".join(lines)
-    unit = _unit_of(definition.tree.alias_modifiers)
+    unit = _given_unit(definition.tree.alias_modifiers)
     if unit:
         lines.append(f"unit {unit}")
     found = entries(definition)
