@@ -31,7 +31,17 @@ PACKAGES = [
     (r"Mechanics\.Rotational\.(Interfaces|Components|Sources|Sensors)\.", "mechanical.rotational."),
     (r"Thermal\.HeatTransfer\.(Interfaces|Components|Sources|Sensors)\.", "thermal."),
     (r"Thermal\.HeatTransfer\.Celsius\.", "thermal.celsius."),
-    (r"Magnetic\.FluxTubes\.(Interfaces|Basic|Sources|Sensors|Shapes\.\w+)\.", "magnetic."),
+    (
+        r"(?:Thermal\.)?FluidHeatFlow\.(Interfaces|Components|Sources|Sensors|Media)\.",
+        "thermal.fluid.",
+    ),
+    (r"Electrical\.Spice3\.(Interfaces|Basic|Semiconductors|Sources)\.", "electrical.spice."),
+    (
+        r"Magnetic\.FluxTubes\.(Interfaces|Basic|Sources|Sensors|Shapes\.FixedShape)\.",
+        "magnetic.",
+    ),
+    (r"Magnetic\.FluxTubes\.Shapes\.Force\.", "magnetic.force."),
+    (r"Magnetic\.FluxTubes\.Shapes\.Leakage\.", "magnetic.leakage."),
     (r"Blocks\.Types\.", "blocks."),
     (r"Blocks\.Discrete\.", "blocks.sampled."),
     (r"Blocks\.MathBoolean\.", "blocks.math_boolean."),
@@ -41,8 +51,13 @@ PACKAGES = [
     (r"Units\.SI\.", "si."),
     (r"Constants\.", "constants."),
 ]
-# Choices of other tools' symbolic processing; they do not change the equations.
-IGNORED = {"homotopyType", "strict", "displayUnit"}
+# Names that sub-circuits use as seen from where they stand.
+RECORDS = [
+    (r"Material\.SoftMagnetic\.((?!BaseData)\w+\.)?", "magnetic.soft_magnetic."),
+    (r"Material\.HardMagnetic\.", "magnetic.hard_magnetic."),
+]
+# They do not change the equations: choices of symbolic processing, tables in files (ours are not).
+IGNORED = {"homotopyType", "strict", "displayUnit", "tableOnFile"}
 
 
 def type_name(name: str) -> str:
@@ -64,6 +79,8 @@ def expression(text: str) -> str:
     """Return an expression with our names of constants and enumerations."""
     for pattern, ours in PACKAGES:
         text = re.sub(r"\bModelica\." + pattern, ours, text)
+    for pattern, ours in RECORDS:
+        text = re.sub(r"\b" + pattern, ours, text)
     text = text.replace("Modelica.Electrical.Machines.Thermal.Constants.alpha20Copper", "3.92e-3")
     text = text.replace("Examples.Utilities.Generate", "mechanical.translational.Generate")
     text = re.sub(r"(?<![\w.])L\.(?=')", "electrical.digital.Logic.", text)
@@ -91,9 +108,15 @@ def parameter_type(name: str, value: str) -> str:
         return "electrical.digital.Logic"
     if value in ("true", "false"):
         return "Boolean"
+    material = re.match(r"Material\.(Soft|Hard)Magnetic\.", value)
+    if material:
+        return f"magnetic.{material[1].lower()}_magnetic.BaseData"
     kind = re.match(r"Modelica\.Blocks\.Types\.(\w+)\.", value)
     if kind:
         return f"blocks.{kind[1]}"
+    medium = re.match(r"(?:Modelica\.Thermal\.)?FluidHeatFlow\.Media\.(\w+)\(", value)
+    if medium:
+        return f"thermal.fluid.{medium[1]}"
     return "Integer" if name in ("N", "order") else "Real"
 
 
