@@ -55,6 +55,7 @@ PACKAGES = [
 RECORDS = [
     (r"Material\.SoftMagnetic\.((?!BaseData)\w+\.)?", "magnetic.soft_magnetic."),
     (r"Material\.HardMagnetic\.", "magnetic.hard_magnetic."),
+    (r"FluidHeatFlow\.Media\.", "thermal.fluid."),
 ]
 # They do not change the equations: choices of symbolic processing, tables in files (ours are not).
 IGNORED = {"homotopyType", "strict", "displayUnit", "tableOnFile"}
@@ -81,7 +82,6 @@ def expression(text: str) -> str:
         text = re.sub(r"\bModelica\." + pattern, ours, text)
     for pattern, ours in RECORDS:
         text = re.sub(r"\b" + pattern, ours, text)
-    text = re.sub(r"\bFluidHeatFlow\.Media\.", "thermal.fluid.", text)
     text = text.replace("Modelica.Electrical.Machines.Thermal.Constants.alpha20Copper", "3.92e-3")
     text = text.replace("Examples.Utilities.Generate", "mechanical.translational.Generate")
     text = re.sub(r"(?<![\w.])L\.(?=')", "electrical.digital.Logic.", text)
