@@ -36,6 +36,7 @@ from acausal.structural.column_choice import (
 from acausal.structural.graphs import Mask, stable_order
 from acausal.structural.highest_jacobian import HighestEntries
 from acausal.structural.incidence import Chains
+from acausal.structural.lasting_choice import determinant_varies
 from acausal.structural.pantelides import Offsets
 from acausal.structural.sparse_choice import choose_columns_sparse
 
@@ -208,7 +209,7 @@ def select_states(
     for shape in shapes:
         for part in batches(shape):
             depth[part.bases] = choose_depths(part, values, tau)
-    monitored = tuple(_changing(shape, constant, depth) for shape in shapes)
+    monitored = tuple(_changing(shape, constant, values, depth) for shape in shapes)
     alternatives = Alternatives(entries, shapes, monitored, nominal_of_entry, wishes)
     return selection_of(chains, offsets.d, depth, alternatives)
 
@@ -374,11 +375,12 @@ def _pointer(label: Ids, count: int) -> Ids:
     return pointer
 
 
-def _changing(shape: Shape, constant: Mask, depth: Ids) -> Mask:
-    """Return which blocks have a choice, and among the chosen columns an entry that changes."""
-    varies = np.zeros(shape.rows.shape[0], np.bool_)
-    if shape.has_choice:
-        block, _, column = shape.block
-        chosen = depth[shape.bases[block, column]] > 0
-        varies[block[chosen & ~constant[shape.entries]]] = True
-    return varies
+def _changing(shape: Shape, constant: Mask, values: Values, depth: Ids) -> Mask:
+    """Return which blocks have a choice that can become a bad one."""
+    if not shape.has_choice:
+        return np.zeros(shape.rows.shape[0], np.bool_)
+    own = constant[shape.entries]
+    present = ~(own & (values[shape.entries] == 0.0))
+    return determinant_varies(
+        shape.block[:, present], shape.levels, depth[shape.bases], own[present]
+    )

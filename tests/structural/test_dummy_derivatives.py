@@ -13,6 +13,7 @@ from acausal.structural.dummy_derivatives import StateSelection, select_states
 from acausal.structural.graphs import compress
 from acausal.structural.highest_jacobian import HighestEntries
 from acausal.structural.incidence import Chains, Incidence, chains_of, incidence_of_pairs
+from acausal.structural.lasting_choice import determinant_varies
 from acausal.structural.pantelides import Offsets, pantelides
 from acausal.structural.reselection import largest_gain, reselect
 
@@ -325,3 +326,15 @@ def test_many_ranks_are_taken_in_order():
     assert (depth == (ranks[:, 0] <= 3)[:, :] * 1).sum() >= 3 * 8
     assert (depth[:, [4, 3, 8]] == 1).all()
     assert (depth[:, [0, 5, 1, 6]] == 0).all()
+
+
+def test_a_triangular_choice_lasts() -> None:
+    # x = f(phi), y = g(phi, x) in blocks of two rows; phi (column 2) is the state. The chosen
+    # columns x, y make a triangle with ones on its diagonal, whatever dg/dx is.
+    block = np.array([[0, 0, 0, 0, 0], [0, 0, 1, 1, 1], [0, 2, 0, 1, 2]])
+    levels, depth = np.array([2, 2]), np.array([[2, 2, 0]])
+    constant = np.array([True, False, False, True, False])
+    assert not determinant_varies(block, levels, depth, constant).any()
+    # With x as the state, the determinant is df/dphi.
+    other = np.array([[0, 2, 2]])
+    assert determinant_varies(block, levels, other, constant).all()
