@@ -3,7 +3,7 @@ r"""Expressions as LaTeX mathematics."""
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from typing import Final
 
 from acausal.expressions.nodes import Expr
@@ -17,7 +17,8 @@ _GREEK: Final = frozenset((
 ))  # fmt: skip
 _VARIANTS: Final = {"epsilon": r"\varepsilon", "phi": r"\varphi"}
 _NAME: Final = re.compile(r"([A-Za-z]+?)_?(\d*)")
-_FUNCTIONS: Final = {
+#: Functions with a name of their own in mathematics.
+FUNCTIONS: Final = {
     "sin": r"\sin", "cos": r"\cos", "tan": r"\tan", "asin": r"\arcsin", "acos": r"\arccos",
     "atan": r"\arctan", "sinh": r"\sinh", "cosh": r"\cosh", "tanh": r"\tanh", "exp": r"\exp",
     "log": r"\ln", "log10": r"\log_{10}", "min": r"\min", "max": r"\max",
@@ -54,8 +55,19 @@ def latex_name(name: str) -> str:
     while name.startswith("der(") and name.endswith(")"):
         name, order = name[4:-1], order + 1
     path, _, last = name.rpartition(".")
-    bare, bracket, index = last.partition("[")
-    stem, _, suffix = bare.partition("_")
+    parts = [part.partition("[") for part in (*filter(None, path.split(".")), last)]
+    return latex_path([(n, f"[{i}" if i else "") for n, _, i in parts], order)
+
+
+def latex_path(parts: Sequence[tuple[str, str]], order: int = 0) -> str:
+    """Return a dotted name as mathematics.
+
+    Args:
+        parts: The names with their indices: LaTeX in brackets, or nothing.
+        order: How often it is differentiated.
+    """
+    *path, (last, index) = parts
+    stem, _, suffix = last.partition("_")
     match = _NAME.fullmatch(stem)
     if match and match[2]:
         stem, suffix = match[1], ",".join(filter(None, (match[2], suffix)))
@@ -64,10 +76,10 @@ def latex_name(name: str) -> str:
         dots = _DOTS.get(order)
         symbol = f"{dots}{{{symbol}}}" if dots else f"{symbol}^{{({order})}}"
     subscript = [_letters(part, r"\mathrm") for part in filter(None, suffix.split(","))]
-    if bracket:
-        subscript.append(index.rstrip("]"))
+    if index:
+        subscript.append(index.removeprefix("[").removesuffix("]"))
     if path:
-        subscript.append(_path(path))
+        subscript.append(".".join(rf"\mathrm{{{escaped(n)}}}{i}" for n, i in path))
     return f"{symbol}_{{{','.join(subscript)}}}" if subscript else symbol
 
 
@@ -76,16 +88,12 @@ def _letters(text: str, font: str) -> str:
         return _VARIANTS.get(text, "\\" + text)
     if len(text) == 1 or text.isdigit():
         return text
-    return f"{font}{{{_escaped(text)}}}"
+    return f"{font}{{{escaped(text)}}}"
 
 
-def _escaped(text: str) -> str:
+def escaped(text: str) -> str:
+    """Return a text with the characters escaped that mean something in LaTeX."""
     return re.sub(r"([_#$%&{}])", r"\\\1", text)
-
-
-def _path(path: str) -> str:
-    parts = [part.partition("[") for part in path.split(".")]
-    return ".".join(rf"\mathrm{{{_escaped(n)}}}{bracket}{rest}" for n, bracket, rest in parts)
 
 
 def to_latex(
@@ -182,7 +190,7 @@ def _call(expr: Expr) -> tuple[int, list[_Piece]]:
             return _ATOM, [r"\left\lfloor ", (args[0], _IF), r"\right\rfloor"]
         case "ceil":
             return _ATOM, [r"\left\lceil ", (args[0], _IF), r"\right\rceil"]
-    pieces: list[_Piece] = [_FUNCTIONS.get(name, rf"\operatorname{{{name}}}"), r"\left("]
+    pieces: list[_Piece] = [FUNCTIONS.get(name, rf"\operatorname{{{name}}}"), r"\left("]
     for number, argument in enumerate(args):
         pieces += [", ", (argument, _IF)] if number else [(argument, _IF)]
     return _ATOM, [*pieces, r"\right)"]

@@ -7,6 +7,7 @@ page inverts the lightness of the whole picture.
 from __future__ import annotations
 
 import math
+import re
 from html import escape
 from itertools import pairwise
 from typing import Final
@@ -154,6 +155,7 @@ def _text(text: Text) -> str:
     size = text.size * 2 if text.size else 0.85 * height
     if width and not text.size:
         size = min(size, width / (0.58 * len(words)))
+    written = _written(words)
     anchor, x = {
         "Left": ("start", x1),
         "Right": ("end", x2),
@@ -162,8 +164,26 @@ def _text(text: Text) -> str:
     y = -(y1 + y2) / 2 + 0.35 * size
     return (
         f'<text x="{_n(x)}" y="{_n(y)}" font-size="{_n(size)}" text-anchor="{anchor}"{style}'
-        f' fill="{_color(text.pen.color)}">{escape(words)}</text>'
+        f' fill="{_color(text.pen.color)}">{written}</text>'
     )
+
+
+#: Greek letters as names of quantities spell them.
+_GREEK: Final = dict(zip(
+    ("alpha", "beta", "gamma", "delta", "epsilon", "eta", "theta", "lambda", "mu", "pi", "rho",
+     "sigma", "tau", "phi", "psi", "omega", "Delta", "Sigma", "Phi", "Psi", "Omega"),
+    "αβγδεηθλμπρστφψωΔΣΦΨΩ", strict=True,
+))  # fmt: skip
+_QUANTITY: Final = re.compile(r"([A-Za-z]+)_([A-Za-z0-9]+)")
+
+
+def _written(words: str) -> str:
+    """Return a text with Greek letters, and with a subscript for what follows ``_``."""
+    found = _QUANTITY.fullmatch(words)
+    if found is None:
+        return escape(_GREEK.get(words, words))
+    name = _GREEK.get(found[1], found[1])
+    return f'{name}<tspan dy=".25em" font-size="70%">{found[2]}</tspan>'
 
 
 def _path(points: tuple[Point, ...], smooth: bool) -> str:
