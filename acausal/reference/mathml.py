@@ -12,6 +12,9 @@ _LETTERS: Final = re.compile(r'(?:<mi mathvariant="(?:normal|italic|monospace)">
 _LETTER: Final = re.compile(r'<mi mathvariant="(\w+)">([^<]+)</mi>')
 _SINGLE_ROW: Final = re.compile(r"<mrow>(<(m[ino]|mtext)(?: [^<>]*)?>[^<]*</\2>)</mrow>")
 _ROW_IN_ROW: Final = re.compile(r"<mrow><mrow>((?:(?!</?mrow>).)*)</mrow></mrow>")
+#: Bars do not grow by themselves, and a sign behind an operator is no subtraction.
+_BAR: Final = re.compile(r'<mo stretchy="true" fence="true" form="(prefix|postfix)">\|</mo>')
+_SIGN: Final = re.compile(r"(<mo>(?:[=(≤≥≠∧∨,]|&lt;|&gt;)</mo>)<mo>−</mo>")
 _ENTITY: Final = re.compile(r"&#x([0-9A-Fa-f]+);")
 
 
@@ -28,9 +31,11 @@ def mathml(latex: str) -> str:
     text = _ENTITY.sub(lambda m: escape(unescape(m[0])), text)
     text = _LETTERS.sub(_joined, text)
     text = text.replace(' mathvariant="normal"', "").replace(' mathvariant="italic"', "")
+    text = _BAR.sub(r"<mo stretchy=true form=\1>|</mo>", text)
     text = text.replace(' stretchy="true" fence="true"', "").replace(' columnalign="left"', "")
     text = text.replace(' width="0.167em" /', " width=.24em /").replace(' form="prefix"', "")
     text = text.replace(' form="postfix"', "")
+    text = _SIGN.sub(r"\1<mo form=prefix>−</mo>", text)
     before = ""
     while before != text:
         before = text
