@@ -42,6 +42,11 @@ PACKAGES = [
     ),
     (r"Magnetic\.FluxTubes\.Shapes\.Force\.", "magnetic.force."),
     (r"Magnetic\.FluxTubes\.Shapes\.Leakage\.", "magnetic.leakage."),
+    (
+        r"Mechanics\.MultiBody\."
+        r"(Interfaces\.|Parts\.|Joints\.(Assemblies\.)?|Forces\.|Sensors\.|Types\.|(?=World$))",
+        "mechanical.multibody.",
+    ),
     (r"Blocks\.Types\.", "blocks."),
     (r"Blocks\.Discrete\.", "blocks.sampled."),
     (r"Blocks\.MathBoolean\.", "blocks.math_boolean."),
@@ -59,11 +64,19 @@ RECORDS = [
 ]
 # They do not change the equations: choices of symbolic processing, tables in files (ours are not).
 IGNORED = {"homotopyType", "strict", "displayUnit", "tableOnFile"}
+# Nor do these, which say how a body is drawn. (The width of a box is more than that.)
+DRAWING = re.compile(
+    r"anim\w*|show\w*|\w*[cC]olor(_\w)?|coilWidth|numberOfWindings|\w*[dD]iameter\w*"
+    r"|length_a|cylinderLength\w*|default\w+_to_m|width"
+)
+DRAWN_BY_SIZE = ("BodyBox", "BodyCylinder")
 
 
 def type_name(name: str) -> str:
     """Return our name of a class of the Modelica Standard Library."""
-    name = name.removeprefix("Modelica.")
+    if name == "Real":
+        return name
+    name = name.removeprefix("Modelica.").replace("AbsolutePressure", "Pressure")
     for pattern, ours in PACKAGES:
         name, found = re.subn("^" + pattern, ours, name)
         if found:
@@ -89,18 +102,32 @@ def expression(text: str) -> str:
     return re.sub(r"(?<![\w.])Init\.", "blocks.Init.", text)
 
 
-def modifiers(arguments: dict[str, Any]) -> str:
-    """Return ``(a = 1, b(start = 2))`` or nothing."""
+def modifiers(arguments: dict[str, Any], of: str = "") -> str:
+    """Return ``(a = 1, b(start = 2))`` or nothing, of a component of the class ``of``."""
     parts = []
     for name, value in arguments.items():
         if name in IGNORED or name == "=":
             continue
+        if "MultiBody" in of and DRAWING.fullmatch(name) and not of.endswith(DRAWN_BY_SIZE):
+            continue
+        if of.endswith("FixedRotation") and name in ("angle", "angles"):
+            value = f"({value})*constants.deg"
         if isinstance(value, dict):
             own = f" = {expression(value['='])}" if "=" in value else ""
+            if "MultiBody" in of and name in ("r_0", "v_0") and "fixed" in value:
+                value = {k: v for k, v in value.items() if k != "fixed"} | {"each fixed": "true"}
             parts.append(f"{name}{modifiers(value)}{own}")
         else:
             parts.append(f"{name} = {expression(value)}")
     return f"({', '.join(parts)})" if parts else ""
+
+
+def equation(text: str) -> str:
+    """Return an equation; the message of an assert without the values in it."""
+    check = re.match(r"assert\((.*?),\"", text)
+    if check:
+        return f'assert({expression(check[1])}, "outside of the range of the model")'
+    return expression(text).replace("=", " = ")
 
 
 def parameter_type(name: str, value: str) -> str:
@@ -129,7 +156,7 @@ def model(name: str, content: dict[str, Any]) -> str:
     solved = {k for k, v in content["parameters"].items() if isinstance(v, dict) and "fixed" in v}
     starts = [e for e in content["initial_equations"] if e.split("=")[0] not in solved]
     for key, value in content["parameters"].items():
-        if key in solved:
+        if key in solved or key == "animation":
             continue
         if value is None:
             lines.append(f"  parameter Real {key};")
@@ -137,10 +164,14 @@ def model(name: str, content: dict[str, Any]) -> str:
         # What only has a start value is meant to be given where the class is used.
         value = value["start"] if isinstance(value, dict) else value
         lines.append(f"  parameter {parameter_type(key, value)} {key} = {expression(value)};")
-    for component in content["components"]:
+    components = [c for c in content["components"] if ".Visualizers." not in c["type"]]
+    drawings = {c["name"] for c in content["components"] if ".Visualizers." in c["type"]}
+    for component in components:
+        prefix = "".join(f"{p} " for p in component.get("prefix", []))
         lines.append(
-            f"  {type_name(component['type'])} {component['name']}"
-            f"{modifiers(component.get('modifiers', {}))};"
+            f"  {prefix}{type_name(component['type'])} {component['name']}"
+            f"{component.get('dim', '')}"
+            f"{modifiers(component.get('modifiers', {}), component['type'])};"
         )
     for variable in content["variables"]:
         binding = f" = {expression(variable['binding'])}" if "binding" in variable else ""
@@ -152,8 +183,10 @@ def model(name: str, content: dict[str, Any]) -> str:
         lines.append("initial equation")
         lines += [f"  {expression(e).replace('=', ' = ')};" for e in starts]
     lines.append("equation")
-    lines += [f"  {expression(e).replace('=', ' = ')};" for e in content["equations"]]
-    lines += [f"  connect({a}, {b});" for a, b in content["connections"]]
+    lines += [f"  {equation(e)};" for e in content["equations"]]
+    for a, b in content["connections"]:
+        if not drawings & {a.split(".")[0], b.split(".")[0]}:
+            lines.append(f"  connect({a}, {b});")
     if "experiment" in content:
         run = content["experiment"]
         lines.append(
