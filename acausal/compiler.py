@@ -88,6 +88,7 @@ def compile_class(
     from acausal.events.lowering import lower_events
     from acausal.flattening.flatten import flatten
     from acausal.flattening.open_inputs import refuse_open_inputs
+    from acausal.memory import no_garbage_collection
     from acausal.simulation.build import build_system
     from acausal.structural.differentiate import differentiate
     from acausal.structural.incidence import chains_of, incidence_of
@@ -95,9 +96,9 @@ def compile_class(
 
     stages = Stages() if stages is None else stages
     stages.definition = definition
-    with stages.timed("instantiate"):
+    with stages.timed("instantiate"), no_garbage_collection():
         stages.templates, given = instantiate_rooted(definition, dict(parameters or {}))
-    with stages.timed("flatten"):
+    with stages.timed("flatten"), no_garbage_collection():
         flattened = stages.flattened = flatten(stages.templates, given)
         refuse_open_inputs(flattened)
         refuse_floating(flattened)

@@ -13,6 +13,7 @@ PACKAGE = Path(acausal.__file__).parent
 #: simulation fills, so ``results`` comes before it; solvers are used to find a consistent start.
 ORDER = (
     "version",
+    "memory",
     "diagnostics",
     "units",
     "storage",

@@ -11,9 +11,6 @@ for models of more than some 100 000 cuts the arrays are the better answer.
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -27,6 +24,7 @@ from acausal.expressions.traverse import slots
 from acausal.instantiation.numbering import Ids, Numbering
 from acausal.instantiation.places import instance_places
 from acausal.instantiation.template import Ref, Template
+from acausal.memory import no_garbage_collection
 
 if TYPE_CHECKING:
     import networkx
@@ -197,20 +195,8 @@ def connection_graph(flattened: Connected) -> networkx.MultiGraph[Any]:
     and ``physical`` (it has a through variable; others carry signals). Two cuts of one component
     at one junction are two edges.
     """
-    with _no_garbage_collection():
+    with no_garbage_collection():
         return _graph(flattened)
-
-
-@contextmanager
-def _no_garbage_collection() -> Iterator[None]:
-    """Keep the collector from searching millions of new dictionaries, none of them garbage."""
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
 
 
 def _graph(flattened: Connected) -> networkx.MultiGraph[Any]:

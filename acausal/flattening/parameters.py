@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.diagnostics import Diagnostic, Severity, Span, fail
+from acausal.expressions.build import number_of
 from acausal.expressions.evaluate import evaluate
 from acausal.expressions.nodes import ZERO, Expr
 from acausal.flattening.families import FamilyBuilder
@@ -71,6 +72,10 @@ def parameter_values(
         if binding.attribute == "start":
             starts.append((template, binding))
         if binding.attribute == "value":
+            if _is_number(binding.value):
+                free = _free(numbering, template, binding, claimed)
+                values[free], known[free] = number_of(binding.value), True
+                continue
             _claim(numbering, builder, template, binding, claimed, pending)
     for template, binding in starts:
         before = len(pending)
@@ -101,6 +106,29 @@ def _outermost_first(numbering: Numbering) -> list[tuple[Template, BindingDecl]]
         for binding in group.template.bindings
         if binding.weak == weak
     ]
+
+
+def _is_number(value: Expr) -> bool:
+    return value.op == "const" and not np.isnan(number_of(value))
+
+
+def _free(
+    numbering: Numbering, template: Template, binding: BindingDecl, claimed: NDArray[np.bool_]
+) -> Ids:
+    """Return the targets that nothing further outside has set, and claim them.
+
+    Raises:
+        AcausalError: ``T114`` for a subscript out of range.
+    """
+    try:
+        targets = numbering.ids(template, binding.target, binding.domain)
+    except IndexError as error:
+        index, n = error.args
+        fail("T114", f"subscript {index} is outside 1..{n}", binding.span,
+             help=f"the array has {n} elements")  # fmt: skip
+    free = targets[~claimed[targets]]
+    claimed[free] = True
+    return free
 
 
 def _claim(
@@ -219,6 +247,11 @@ def attribute_values(
     given = np.zeros(n, np.bool_)
     for template, binding in _outermost_first(numbering):
         if binding.attribute != attribute or binding.target.parameter != parameter_targets:
+            continue
+        if _is_number(binding.value):
+            free = _free(numbering, template, binding, claimed)
+            values[free] = number_of(binding.value)
+            given[free] |= not binding.weak
             continue
         pending: list[_Pending] = []
         _claim(numbering, builder, template, binding, claimed, pending)

@@ -147,7 +147,7 @@ def check_alike(a: Template, b: Template, span: Span, first: Span, second: Span)
     Raises:
         AcausalError: ``C101`` if their variables differ, ``U107`` if their units do.
     """
-    if a is b:
+    if a is b or b.number in a.alike:
         return
     mine = {path: (size, through) for path, size, through, _ in cut_leaves(a)}
     other = {path: (size, through) for path, size, through, _ in cut_leaves(b)}
@@ -170,6 +170,7 @@ def check_alike(a: Template, b: Template, span: Span, first: Span, second: Span)
             fail("U107", f"connecting {units[path]} with {unit}", span, labels=labels,
                  label="the two cuts have different units",
                  help="put a converter between them")  # fmt: skip
+    a.alike.add(b.number)
 
 
 def _bases(

@@ -153,6 +153,8 @@ class TemplateBuilder:
         self.environment = environment
         self.merged: Merged = merge(definition)
         self.template = Template(-1, definition, bound=environment.bound)
+        #: Elements declared ``inner``; a class of many components looks for them once.
+        self._inner = [e for e in self.merged.elements.values() if e.has("inner")]
         self._declared: set[str] = set()
         self._active: list[str] = []
         #: Signals by what they are made of.
@@ -348,10 +350,12 @@ class TemplateBuilder:
 
     def _inner_in_sight(self, name: str) -> tuple[dict[str, Template], dict[str, Template]]:
         """Return the ``inner`` components and variables that component ``name`` sees."""
+        if not self._inner:
+            return self.environment.inner, self.environment.inner_values
         inner = dict(self.environment.inner)
         values = dict(self.environment.inner_values)
-        for other in self.merged.elements.values():
-            if other.has("inner") and other.name != name:
+        for other in self._inner:
+            if other.name != name:
                 self.declare(other.name)
                 if other.name in self.template.children:
                     inner[other.name] = self.template.children[other.name].template

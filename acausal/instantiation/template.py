@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import prod
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -166,7 +167,7 @@ class VariableDecl:
     @property
     def size(self) -> int:
         """Number of scalars in one instance."""
-        return int(np.prod(self.shape, dtype=np.int64))
+        return prod(self.shape)
 
 
 @dataclass(frozen=True)
@@ -194,7 +195,7 @@ class Child:
     @property
     def size(self) -> int:
         """Number of components in one instance of the class."""
-        return int(np.prod(self.shape, dtype=np.int64))
+        return prod(self.shape)
 
 
 @dataclass(frozen=True)
@@ -427,6 +428,7 @@ class Template:
         signals: Conditions of whens, samples, delays.
         reinits, terminates: What else happens at events.
         branches, roots: How overdetermined records of cuts hang together.
+        alike: Numbers of the templates that this cut has been found to fit.
         asks, answers: What the class wants to know about that, and what it was told.
     """
 
@@ -456,6 +458,7 @@ class Template:
     roots: list[RootDecl] = field(default_factory=list)
     asks: dict[str, Ask] = field(default_factory=dict)
     answers: dict[str, bool] = field(default_factory=dict)
+    alike: set[int] = field(default_factory=set)
     primitive_connector: bool = False
     unfit_defaults: dict[str, AcausalError] = field(default_factory=dict)
 
