@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from acausal.instantiation.template import Template
     from acausal.modeling.classes import ClassDef
     from acausal.results.result import Result
+    from acausal.simulation.changed_values import ChangedValues
     from acausal.simulation.system import System
     from acausal.structural.incidence import Chains
     from acausal.structural.pantelides import Offsets
@@ -37,6 +38,7 @@ class Stages:
 
     Attributes:
         definition: The class (parse, declare).
+        given: Parameter values from outside, by path.
         templates: The class templates (instantiate).
         flattened: Numbering, junctions and flat model (connect, flatten).
         elimination: What is left, and what was taken out (eliminate).
@@ -47,6 +49,7 @@ class Stages:
     """
 
     definition: ClassDef | None = None
+    given: dict[str, float] = field(default_factory=dict)
     templates: list[Template] = field(default_factory=list)
     flattened: Flattened | None = None
     elimination: Elimination | None = None
@@ -96,6 +99,7 @@ def compile_class(
 
     stages = Stages() if stages is None else stages
     stages.definition = definition
+    stages.given = dict(parameters or {})
     with stages.timed("instantiate"), no_garbage_collection():
         stages.templates, given = instantiate_rooted(definition, dict(parameters or {}))
     with stages.timed("flatten"), no_garbage_collection():
@@ -161,6 +165,9 @@ class Compiled:
         self.warnings = warnings
         self.stages = stages
         self._again = again
+        self._changes: ChangedValues | None = None
+        # What was compiled, and which values have been changed since.
+        self._values_of: tuple[Compiled, dict[str, float], dict[str, float]] = (self, {}, {})
 
     @property
     def name(self) -> str:
@@ -175,11 +182,9 @@ class Compiled:
         """
         from acausal.connections.graph import connection_graph
 
-        if self.stages is None:
-            assert self._again is not None
-            self.stages = self._again()
-        assert self.stages.flattened is not None
-        return connection_graph(self.stages.flattened)
+        flattened = self._all_stages().flattened
+        assert flattened is not None
+        return connection_graph(flattened)
 
     def simulate(
         self,
@@ -192,6 +197,8 @@ class Compiled:
         progress: Callable[[float, float], None] | None = None,
         variables: Sequence[str] | None = None,
         max_step: float = float("inf"),
+        parameters: Mapping[str, float | str] | None = None,
+        start: Mapping[str, float | str] | None = None,
     ) -> Result:
         """Simulate the model.
 
@@ -205,6 +212,10 @@ class Compiled:
             progress: Called with the time reached and the stop time.
             variables: Patterns of the variables to keep; everything by default.
             max_step: Largest step of the integrator, seconds.
+            parameters: Values by path for this run: numbers in SI units, or texts such as
+                ``"10[kOhm]"``. Nothing is compiled for them unless they decide about the
+                structure of the model.
+            start: Start values of states by path, likewise; they count as fixed.
 
         Returns:
             The result; if the run failed on its way, what there is, with the reason in
@@ -222,7 +233,51 @@ class Compiled:
             start_time, stop_time, tolerance, solver, points, interval, variables, progress,
             max_step,
         )  # fmt: skip
-        return simulate(self.system, request)
+        return simulate(self.with_values(parameters or {}, start or {}).system, request)
+
+    def with_values(
+        self,
+        parameters: Mapping[str, float | str],
+        start: Mapping[str, float | str] | None = None,
+    ) -> Compiled:
+        """Return the model with other parameters and start values.
+
+        Args:
+            parameters: Values by path: numbers in SI units, or texts such as ``"10[kOhm]"``.
+            start: Start values of states by path, likewise; they count as fixed.
+
+        Raises:
+            AcausalError: For unknown names, wrong units, and what the values make impossible.
+
+        Example:
+            >>> heavier = compile_file("examples/pendulum.acm").with_values({"m": 2})
+        """
+        from acausal.simulation.changed_values import ChangedValues, StructureChanges
+
+        if not parameters and not start:
+            return self
+        origin, before, starts_before = self._values_of
+        given = {**before, **parameter_numbers(parameters)}
+        starts = {**starts_before, **parameter_numbers(start or {})}
+        stages = origin._all_stages()
+        assert stages.flattened is not None and stages.definition is not None
+        if origin._changes is None:
+            origin._changes = ChangedValues(stages.flattened, origin.system)
+        try:
+            system = origin._changes.system(given, starts)
+        except StructureChanges:
+            every = {**stages.given, **given}
+            return _compiled(compile_class(stages.definition, every)).with_values({}, starts)
+        result = Compiled(system, self.timings, self.warnings, stages, self._again)
+        result._values_of = origin, given, starts
+        return result
+
+    def _all_stages(self) -> Stages:
+        """Return what the stages made, compiled once more if the model came from the cache."""
+        if self.stages is None:
+            assert self._again is not None
+            self.stages = self._again()
+        return self.stages
 
 
 def compile_file(

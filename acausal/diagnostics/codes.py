@@ -137,6 +137,7 @@ CODES: dict[str, str] = {
     "I002": "A variable that is always zero has another start value.",
     "I010": "Start conditions contradict each other, or the value of a parameter is not a number.",
     "I011": "Nothing determines the start value of a variable.",
+    "I012": "A start value is given for a variable that is computed from others.",
     "I020": "No consistent start was found.",
     "I021": "The equations of the start have no single solution.",
     "I030": "A number is not finite at the start or at an event.",

@@ -26,7 +26,7 @@ from acausal.events.layout import Layout, layout_of, start_values
 from acausal.events.operands import held_operands
 from acausal.events.ordering import DiscreteLoopError, in_order
 from acausal.events.relations import Extraction, makes_events
-from acausal.events.signals import delay_families, sample_times
+from acausal.events.signals import delay_families, sample_times, timing_parameters
 from acausal.expressions.nodes import slot
 from acausal.flattening.members import take_members
 from acausal.flattening.model import (
@@ -133,6 +133,7 @@ def lower_events(model: FlatModel) -> FlatModel:
             for part in held_operands([t.family], layout)
         ),
         relevant=read_by(continuous, first, count),
+        timing=timing_parameters(discrete),
     )
     return replace(
         model,

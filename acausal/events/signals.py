@@ -66,6 +66,17 @@ def delay_families(
     return expressions, times, maxima
 
 
+def timing_parameters(discrete: Discrete) -> Ids:
+    """Return the parameters that times of samples and largest delays depend on, ascending."""
+    families = [
+        family
+        for signal in discrete.signals
+        for family in {"sample": signal.operands, "delay": signal.operands[2:]}.get(signal.kind, ())
+    ]
+    found = [np.zeros(0, np.int64), *(f.operands.reshape(-1) for f in families)]
+    return np.unique(np.concatenate(found))
+
+
 def _index(signals: Ids, n_signals: int) -> Ids:
     index = np.full(n_signals, -1, np.int64)
     index[signals] = np.arange(len(signals))

@@ -113,7 +113,7 @@ def flatten(templates: list[Template], given: dict[str, float] | None = None) ->
             )  # fmt: skip
     assertions = _assertions(numbering, literals, signals)
     discrete = discrete_part(numbering, literals, signals, base, is_discrete, equal.build())
-    values = parameter_values(numbering, builder, names, _given_ids(names, given or {}), warnings)
+    values = parameter_values(numbering, builder, names, given_ids(names, given or {}), warnings)
     variables = _attributes(numbering, builder, values, base)
     families, initial = builder.build(), start_builder.build()
     root = templates[-1]
@@ -147,7 +147,12 @@ def _happens(discrete: Discrete, families: tuple[EquationFamily, ...]) -> bool:
     )
 
 
-def _given_ids(names: NumberingNames, given: dict[str, float]) -> dict[int, float]:
+def given_ids(names: NumberingNames, given: dict[str, float]) -> dict[int, float]:
+    """Return values by parameter id.
+
+    Raises:
+        AcausalError: ``N119`` for unknown parameters, ``U108`` for values in a wrong unit.
+    """
     result: dict[int, float] = {}
     for path, value in given.items():
         found = names.find_parameters(path)

@@ -369,6 +369,7 @@ class Hybrid:
         terminations: Conditions that end the simulation.
         relevant: Held values that the continuous equations read, shape ``(h,)``.
         rests: Where bodies can come to rest; see :mod:`acausal.elimination.rests`.
+        timing: Parameters that the times of samples and the largest delays depend on.
     """
 
     first: int
@@ -394,6 +395,7 @@ class Hybrid:
     terminations: tuple[Termination, ...]
     relevant: NDArray[np.bool_]
     rests: Rests | None = None
+    timing: Ids = field(default_factory=lambda: np.zeros(0, np.int64))
 
     @property
     def count(self) -> int:

@@ -24,8 +24,8 @@ from acausal.instantiation.template import BindingDecl, Template
 
 
 @dataclass
-class _Pending:
-    """Members of a binding that still wait for operands."""
+class Step:
+    """Members of a binding: ``targets`` get the value of ``template`` at ``operands``."""
 
     targets: Ids
     template: Expr
@@ -39,6 +39,7 @@ def parameter_values(
     names: NumberingNames,
     given: dict[int, float],
     warnings: list[Diagnostic],
+    steps: list[Step] | None = None,
 ) -> NDArray[np.float64]:
     """Return the values of all declared parameters, shape ``(n_parameters,)``.
 
@@ -48,6 +49,7 @@ def parameter_values(
         names: Paths for messages.
         given: Values set by the caller, by parameter id; they win over everything.
         warnings: Receives a warning for every parameter that falls back to its start value.
+        steps: Receives what was computed from other parameters, in order of evaluation.
 
     Raises:
         AcausalError: ``N112`` for parameters without a value, ``N117`` for circular ones,
@@ -60,7 +62,7 @@ def parameter_values(
         ids = np.array(list(given), np.int64)
         values[ids] = list(given.values())
         known[ids] = claimed[ids] = True
-    pending: list[_Pending] = []
+    pending: list[Step] = []
     starts: list[tuple[Template, BindingDecl]] = []
     for template, binding in _outermost_first(numbering):
         if not binding.target.parameter:
@@ -93,7 +95,7 @@ def parameter_values(
             )
     if not claimed.all():
         _missing(numbering, names, np.flatnonzero(~claimed))
-    _solve(pending, values, known, builder, names)
+    _solve(pending, values, known, builder, names, [] if steps is None else steps)
     return values
 
 
@@ -137,7 +139,7 @@ def _claim(
     template: Template,
     binding: BindingDecl,
     claimed: NDArray[np.bool_],
-    pending: list[_Pending],
+    pending: list[Step],
 ) -> None:
     try:
         targets = numbering.ids(template, binding.target, binding.domain)
@@ -154,15 +156,16 @@ def _claim(
         fail("T134", f"{binding.target.name} cannot depend on a variable", binding.span,
              label="variables change during the simulation",
              help="use parameters and constants here")  # fmt: skip
-    pending.append(_Pending(targets[free], body, operands[:, free], binding.span))
+    pending.append(Step(targets[free], body, operands[:, free], binding.span))
 
 
 def _solve(
-    pending: list[_Pending],
+    pending: list[Step],
     values: NDArray[np.float64],
     known: NDArray[np.bool_],
     builder: FamilyBuilder,
     names: NumberingNames,
+    steps: list[Step],
 ) -> None:
     n = len(values)
     while pending:
@@ -170,7 +173,7 @@ def _solve(
         literal = builder.literals.values
         every = np.concatenate([values, *literal]) if literal else values
         ready_of = np.concatenate([known, np.ones(len(every) - n, np.bool_)])
-        waiting: list[_Pending] = []
+        waiting: list[Step] = []
         progress = False
         for item in pending:
             if len(item.operands):
@@ -180,6 +183,7 @@ def _solve(
             if ready.any():
                 progress = True
                 operands = item.operands[:, ready]
+                steps.append(Step(item.targets[ready], item.template, operands, item.span))
                 given = {k: every[row] for k, row in enumerate(operands)}
                 result = evaluate(item.template, given)
                 targets = item.targets[ready]
@@ -194,7 +198,7 @@ def _solve(
             if not ready.all():
                 left = ~ready
                 waiting.append(
-                    _Pending(item.targets[left], item.template, item.operands[:, left], item.span)
+                    Step(item.targets[left], item.template, item.operands[:, left], item.span)
                 )
         if not progress:
             item = waiting[0]
@@ -232,8 +236,11 @@ def attribute_values(
     default: float,
     *,
     parameter_targets: bool = False,
+    steps: list[Step] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Return one attribute of all variables, and where a declaration or modifier set it.
+
+    ``steps`` receives what was computed from parameters.
 
     Returns:
         Values and flags, both of shape ``(n_variables,)`` (or of the parameters).
@@ -253,8 +260,10 @@ def attribute_values(
             values[free] = number_of(binding.value)
             given[free] |= not binding.weak
             continue
-        pending: list[_Pending] = []
+        pending: list[Step] = []
         _claim(numbering, builder, template, binding, claimed, pending)
+        if steps is not None:
+            steps += pending
         for item in pending:
             every = np.concatenate([parameters, *builder.literals.values])
             operands = {k: every[row] for k, row in enumerate(item.operands)}
