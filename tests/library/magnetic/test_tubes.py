@@ -55,7 +55,7 @@ def flux(tube: str) -> float:
             "LeakageWithCoefficient tube(c_usefulFlux = 0.9); equation tube.R_mUsefulTot = 20",
             1 / 180,
         ),
-        ("Idle tube", 0),
+        ("magnetic.Idle tube(Phi(start = 0))", 0),
         ("leakage.QuarterCylinder tube(l = 2)", MU_0 * 1.04),
         ("leakage.HalfCylinder tube(l = 2)", MU_0 * 0.52),
         ("leakage.QuarterSphere tube(d = 2)", MU_0 * 0.154),
