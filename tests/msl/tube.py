@@ -49,18 +49,41 @@ def tube(reference_times: Array, reference: Array, times: Array, tolerance: floa
     low_level, high_level = _sliding_extremes(reference)
     first = np.searchsorted(reference_times, times - width, "left")
     last = np.searchsorted(reference_times, times + width, "right")
-    lower, upper = np.empty_like(times), np.empty_like(times)
     left = np.interp(times - width, reference_times, reference)
     right = np.interp(times + width, reference_times, reference)
-    for k in range(len(times)):
-        i, j = int(first[k]), int(last[k])
-        lower[k], upper[k] = min(left[k], right[k]), max(left[k], right[k])
-        if j > i:
-            level = (j - i).bit_length() - 1
-            step = 1 << level
-            lower[k] = min(lower[k], low_level[level][i], low_level[level][j - step])
-            upper[k] = max(upper[k], high_level[level][i], high_level[level][j - step])
+    lower, upper = np.minimum(left, right), np.maximum(left, right)
+    count = last - first
+    for level, (low, high) in enumerate(zip(low_level, high_level, strict=True)):
+        step = 1 << level
+        at = np.flatnonzero((count >= step) & (count < 2 * step))
+        for start in (first[at], last[at] - step):
+            lower[at] = np.minimum(lower[at], low[start])
+            upper[at] = np.maximum(upper[at], high[start])
     return Tube(lower - height, upper + height, height)
+
+
+def share(
+    reference_times: Array, reference: Array, times: Array, values: Array, tolerance: float = 2e-3
+) -> float:
+    """Return the share of the tube that a trajectory uses.
+
+    It is the factor, to two places, by which width and height of the tube can be multiplied so that
+    the trajectory just stays inside: 0 on the reference, 1 at the border, more outside.
+    """
+
+    def inside(factor: float) -> bool:
+        bounds = tube(reference_times, reference, times, factor * tolerance)
+        return bounds.worst(values) == 0.0
+
+    low, high = 0.0, 1.0
+    while not inside(high):
+        if high > 1e3:
+            return float("inf")
+        low, high = high, 2 * high
+    while high - low > 0.01 * max(1.0, high / 10):
+        middle = (low + high) / 2
+        low, high = (low, middle) if inside(middle) else (middle, high)
+    return high
 
 
 def _sliding_extremes(values: Array) -> tuple[list[Array], list[Array]]:
