@@ -1,0 +1,171 @@
+"""Single-track vehicle: reference data, linear model, load transfer, power balance."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from acausal import compile_file
+from tests.library.vehicle.running import DATA, simulate, values
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "single_track_vehicle.acm"
+REFERENCE = json.loads((DATA / "single_track_magic_formula.json").read_text())
+MANOEUVRES: list[dict[str, Any]] = [
+    {"v_start": 20.0, "delta_constant": 0.02},
+    {"v_start": 20.0, "delta_constant": 0.1},
+    {"v_start": 25.0, "delta_constant": 0.0, "delta_amplitude": 0.05},
+]
+
+
+@pytest.mark.parametrize("case", range(3))
+def test_vehicle_follows_the_reference(case: int) -> None:
+    compiled = compile_file(EXAMPLE, model="RollingFreely", parameters=MANOEUVRES[case])
+    result = compiled.simulate(stop_time=4, tolerance=1e-10, points=41)
+    names = {"X": "x", "Y": "y", "psi": "psi", "vx": "v_x", "vy": "v_y", "yaw_rate": "r"}
+    for row in REFERENCE["cases"][case]["trajectory"]:
+        k = int(np.argmin(np.abs(result.times - row["t"])))
+        for theirs, ours in names.items():
+            value = values(result, f"car.chassis.{ours}")[k]
+            assert value == pytest.approx(float(row[theirs]), abs=2e-7), (row["t"], ours)
+
+
+CAR = """  parameter Real v0 = 20, angle = 0.005;
+  SingleTrackVehicle car(h = 0, c_w = 0, fR0 = 0, fR1 = 0, fR4 = 0, useShafts = false,
+    relaxation = false, l_f = 1.1, l_r = 1.5, m = 1300, I_z = 2000, B_f = 9, B_r = 11,
+    chassis(v_x(start = v0, fixed = true), x(fixed = true), y(fixed = true), psi(fixed = true),
+    v_y(fixed = true), r(fixed = true)));
+equation
+  car.delta = angle;
+"""
+
+
+@pytest.mark.parametrize("v0", [10.0, 20.0, 35.0])
+def test_stationary_circle_and_understeer_gradient(v0: float) -> None:
+    # delta = l/rho + EG a_y, EG = m/l (l_r/C_f - l_f/C_r), with the stiffnesses C = B C D.
+    result = simulate(CAR, {"v0": v0, "angle": 2e-4}, stop_time=3, tolerance=1e-10)
+    l_f, l_r, m = 1.1, 1.5, 1300.0
+    load = m * 9.80665 / (l_f + l_r)
+    front = 9 * 1.3 * 0.7 * load * l_r
+    rear = 11 * 1.3 * 0.7 * load * l_f
+    gradient = m / (l_f + l_r) * (l_r / front - l_f / rear)
+    yaw = v0 / ((l_f + l_r) + gradient * v0**2) * 2e-4
+    assert values(result, "car.r")[-1] == pytest.approx(yaw, rel=2e-3)
+    assert values(result, "car.a_y")[-1] == pytest.approx(yaw * v0, rel=2e-3)
+    beta = yaw * (l_r / v0 - m * v0 * l_f / ((l_f + l_r) * rear))
+    assert values(result, "car.beta")[-1] == pytest.approx(beta, rel=1e-2)
+
+
+def test_small_motion_has_the_eigenvalues_of_the_linear_model() -> None:
+    # Yaw rate after a lateral kick, against the matrix of the linear single-track model.
+    text = CAR.replace("v_y(fixed = true)", "v_y(start = 0.01, fixed = true)")
+    result = simulate(text, {"v0": 30.0, "angle": 0.0}, stop_time=1, tolerance=1e-10, points=101)
+    l_f, l_r, m, inertia, v = 1.1, 1.5, 1300.0, 2000.0, 30.0
+    load = m * 9.80665 / (l_f + l_r)
+    front, rear = 9 * 1.3 * 0.7 * load * l_r, 11 * 1.3 * 0.7 * load * l_f
+    matrix = np.array(
+        [
+            [-(front + rear) / (m * v), -v - (front * l_f - rear * l_r) / (m * v)],
+            [
+                -(front * l_f - rear * l_r) / (inertia * v),
+                -(front * l_f**2 + rear * l_r**2) / (inertia * v),
+            ],
+        ]
+    )
+    eigenvalues, vectors = np.linalg.eig(matrix)
+    weights = np.linalg.solve(vectors, np.array([0.01, 0.0]))
+    expected = (vectors[1] * weights * np.exp(np.outer(result.times, eigenvalues))).sum(1).real
+    assert values(result, "car.r") == pytest.approx(expected, abs=2e-7)
+
+
+def test_axle_loads_shift_with_acceleration_and_slope() -> None:
+    result = simulate(
+        """  LongitudinalChassis car(m = 1000, l_f = 1, l_r = 1.5, h = 0.5, c_w = 0.4, A = 2,
+    v_wind = -5,
+    inclination_constant = 0.2, s(fixed = true), v_x(start = 20, fixed = true));
+  mechanical.translational.ConstantForce push(f_constant = 4000);
+equation
+  connect(push.flange, car.flange);
+""",
+        stop_time=5,
+    )
+    slope, v = np.arctan(0.2), values(result, "car.v_x")
+    drag = 0.6 * 0.4 * 2 * (v + 5) ** 2
+    weight = 1000 * 9.80665
+    assert 1000 * values(result, "car.a_x") == pytest.approx(
+        4000 - drag - weight * np.sin(slope), rel=1e-7
+    )
+    # Moments about the rear contact: what pushes acts on the ground.
+    front = (weight * np.cos(slope) * 1.5 - 0.5 * (4000 - drag)) / 2.5
+    assert values(result, "car.load_front") == pytest.approx(front, rel=1e-7)
+    total = values(result, "car.load_front") + values(result, "car.load_rear")
+    assert total == pytest.approx(np.full_like(total, weight * np.cos(slope)))
+
+
+def test_steering_step_at_100_km_h() -> None:
+    result = compile_file(EXAMPLE, model="SteeringStep").simulate(stop_time=6, tolerance=1e-7)
+    t = result.times
+    speed = values(result, "car.v")
+    assert np.max(np.abs(speed - 100 / 3.6)) < 0.2
+    before, late = t < 0.99, t > 5.5
+    assert np.max(np.abs(values(result, "car.r")[before])) < 1e-9
+    yaw, side = values(result, "car.r")[late].mean(), values(result, "car.a_y")[late].mean()
+    assert side == pytest.approx(yaw * speed[late].mean(), rel=1e-3)
+    # Nearly linear: EG from the stiffnesses of the data.
+    front, rear = 10.96 * 1.3 * 4560.4, 12.67 * 1.3 * 3947.81
+    gradient = 1239 / 2.565 * (1.37484 / front - 1.19016 / rear)
+    linear = speed[late].mean() / (2.565 + gradient * speed[late].mean() ** 2) * 0.02
+    assert yaw == pytest.approx(linear, rel=0.06)
+    assert values(result, "car.beta")[late].mean() < -0.02
+    # The vehicle overshoots a little, and the engine turns at 3.91 times the wheel in fourth gear.
+    assert 1.01 < np.max(values(result, "car.r")) / yaw < 1.3
+    ratio = values(result, "engine.w") / values(result, "car.rear.w")
+    assert ratio[late] == pytest.approx(3.91, rel=1e-6)
+
+
+def random_drive(seed: int) -> tuple[str, float]:
+    """Return a vehicle with random parameters that is driven, braked and steered."""
+    rng = np.random.default_rng(seed)
+    m, inertia, j = rng.uniform(700, 2500), rng.uniform(800, 4000), rng.uniform(0.5, 5)
+    combined = ["Separate", "Ellipse", "Weighting"][seed % 3]
+    v = rng.uniform(8, 35)
+    text = f"""  SingleTrackVehicle car(m = {m}, I_z = {inertia}, J = {j},
+    h = {rng.uniform(0, 0.7)},
+    l_f = {rng.uniform(0.9, 1.6)}, l_r = {rng.uniform(0.9, 1.6)}, c_w = {rng.uniform(0.2, 0.5)},
+    B_f = {rng.uniform(6, 12)}, B_r = {rng.uniform(9, 14)}, mu_f = {rng.uniform(0.5, 1.1)},
+    relaxation = {"true" if seed % 2 else "false"}, combined = CombinedSlip.{combined},
+    inclination = {rng.uniform(-0.1, 0.1)}, mu_road = {rng.uniform(0.4, 1)},
+    chassis(v_x(start = {v}, fixed = true), x(fixed = true), y(fixed = true), psi(fixed = true),
+    v_y(fixed = true), r(fixed = true)), front(phi(fixed = true), w(start = {v / 0.302},
+    fixed = true)), rear(phi(fixed = true), w(start = {v / 0.302}, fixed = true)));
+  blocks.Sine steering(amplitude = {rng.uniform(0.01, 0.1)}, f = {rng.uniform(0.2, 1)});
+  blocks.Sine drive(amplitude = {rng.uniform(100, 1200)}, f = {rng.uniform(0.2, 1)});
+  blocks.Sine pressed(offset = -0.1, amplitude = 0.4, f = {rng.uniform(0.3, 1)});
+  mechanical.rotational.Torque motor;
+  Brake brake;
+  Real energy = car.m*(car.chassis.v_x^2 + car.chassis.v_y^2)/2 + car.I_z*car.chassis.r^2/2
+    + car.J*(car.front.w^2 + car.rear.w^2)/2;
+  Real work(start = 0, fixed = true), lost(start = 0, fixed = true);
+equation
+  connect(steering.y, car.delta);
+  connect(drive.y, motor.tau);
+  connect(pressed.y, brake.pedal);
+  connect(motor.flange, car.shaft_rear);
+  connect(brake.flange_b, car.shaft_front);
+  der(work) = drive.y*car.rear.w - car.m*car.chassis.g*sin(car.chassis.slope)*car.chassis.v_x;
+  der(lost) = car.front.lossPower + car.rear.lossPower + brake.lossPower
+    + car.chassis.drag*car.chassis.v_x;
+"""
+    return text, m * v**2 / 2
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_power_balance_of_random_vehicles(seed: int) -> None:
+    text, scale = random_drive(seed)
+    result = simulate(text, stop_time=3)
+    balance = values(result, "energy") - values(result, "work") + values(result, "lost")
+    assert balance == pytest.approx(np.full_like(balance, balance[0]), abs=2e-6 * scale)
+    assert np.ptp(values(result, "energy")) > 1e-3 * scale
