@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from benchmarks import chain, compile_time, events, small_models, solve_time
+from benchmarks import chain, compile_time, events, library, small_models, solve_time
 from benchmarks.table import Table
 
 BENCHMARKS: dict[str, Callable[[bool, Callable[[str], None]], Table | list[Table]]] = {
@@ -20,6 +20,7 @@ BENCHMARKS: dict[str, Callable[[bool, Callable[[str], None]], Table | list[Table
     "small": small_models.measure,
     "chain": chain.measure,
     "events": events.measure,
+    "library": library.measure,
 }
 
 

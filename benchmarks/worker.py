@@ -40,6 +40,22 @@ class Session:
             "peak": peak(),
         }
 
+    def parse(self, package: str) -> dict[str, Any]:
+        """Read all files of a library package, not those of the packages inside of it."""
+        from acausal.modeling.library import FolderPackage, standard_library
+        from acausal.modeling.load import library_class
+        from acausal.syntax.cache import parse_cached  # noqa: F401 - imports are not timed
+
+        begin = time.perf_counter()
+        found = library_class(package, standard_library())
+        assert found is not None
+        classes = getattr(found, "classes", {})
+        return {
+            "parse": time.perf_counter() - begin,
+            "classes": len(classes),
+            "files": len(found.files) if isinstance(found, FolderPackage) else 1,
+        }
+
     def simulate(
         self, repeats: int, points: int, tolerance: float, stop: float | None
     ) -> dict[str, Any]:
