@@ -247,7 +247,8 @@ equation
     assert np.all(np.diff(lost) >= -1e-9)
     # it goes to the left in a circle: yaw rate and speed belong to each other
     speed = np.hypot(*vector(result, "chassis.v"))
-    radius = (speed / values(result, "chassis.w"))[result.times > 4]
+    late = result.times > 4
+    radius = speed[late] / values(result, "chassis.w")[late]
     assert np.all((radius > 2.5 / np.tan(0.16) * 0.9) & (radius < 60))
     assert speed[-1] > 10
 
