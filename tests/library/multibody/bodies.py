@@ -67,3 +67,26 @@ def turn(axis: int, angle: float) -> Array:
     result = np.eye(3)
     result[k, k], result[j, j], result[k, j], result[j, k] = c, c, s, -s
     return result
+
+
+def energy(
+    result: Any, body: str, m: float, r_cm: Any = (0, 0, 0), inertia: Any = 1e-3, g: float = G
+) -> Array:
+    """Return kinetic and potential energy of a body; gravity pulls along -z.
+
+    Args:
+        result: The run.
+        body: Path of a ``Body``.
+        m: Mass.
+        r_cm: Centre of mass, seen from the body.
+        inertia: Tensor of inertia about it: a number, three moments, or a matrix.
+    """
+    tensor = np.asarray(inertia, float)
+    tensor = np.eye(3) * tensor if tensor.ndim == 0 else tensor
+    tensor = np.diag(tensor) if tensor.ndim == 1 else tensor
+    T = matrix(result, f"{body}.frame_a.R.T")
+    w, offset = vector(result, f"{body}.w_a"), np.asarray(r_cm, float)
+    v = vector(result, f"{body}.v_0") + np.einsum("jit,jt->it", T, np.cross(w.T, offset).T)
+    height = vector(result, f"{body}.frame_a.r_0")[2] + np.einsum("jt,j->t", T[:, 2, :], offset)
+    turning = np.einsum("it,ij,jt->t", w, tensor, w)
+    return np.asarray(m * (v * v).sum(axis=0) / 2 + turning / 2 + m * g * height)
