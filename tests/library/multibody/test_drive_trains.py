@@ -159,6 +159,7 @@ def test_a_wheel_set_turns_with_the_difference_of_its_wheels() -> None:
         "  Body load(m = 20, r_0(start = {0, 0, 0.3}));\n"
         "  mechanical.rotational.Speed left(exact = true), right(exact = true);\n"
         "initial equation\n  load.r_0[1:2] = {0, 0};\n  load.w_a[2] = 0;\n"
+        "  load.frame_a.R.T[1, 2:3] = {0, 0};\n"
         "equation\n  connect(load.frame_a, axle.frameMiddle);\n"
         "  left.w_ref = 4;\n  right.w_ref = 6;\n"
         "  connect(left.flange, axle.axis1);\n  connect(right.flange, axle.axis2);\n",

@@ -77,7 +77,7 @@ def test_relations_between_two_orientations(a: tuple[float, ...], b: tuple[float
         "  Real u[3] = resolveRelative(resolve2(R1, {1, 2, 3}), R1, R2);\n"
         "  Real v[3] = u - resolve2(R2, {1, 2, 3});\n"
         "  Real D[3, 3] = resolveDyade2(R1, resolveDyade1(R1, [1, 2, 3; 2, 4, 5; 3, 5, 6]));\n"
-        "  Orientation Q = from_Q(to_Q(R2), angularVelocity2(R2));\n"
+        "  Orientation Q = from_Q(to_Q(R2), mechanical.multibody.frames.angularVelocity2(R2));\n"
         "  Real w[3] = angularVelocity1(R1) - resolve1(R1, R1.w);\n"
     )
     assert matrix(result, "again.T") == pytest.approx(matrix(result, "R2.T"), abs=1e-12)
