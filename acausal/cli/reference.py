@@ -36,13 +36,15 @@ def command(as_json: bool, packages: tuple[str, ...], folder: Path) -> None:
     classes. Every page stands alone: symbols, equations and style are in it.
     """
     from acausal.cli.report import report
+    from acausal.modeling.library import standard_library
     from acausal.reference.write import icon_diagnostics, write_reference
 
+    library = standard_library()
     try:
-        written = write_reference(folder, packages)
+        written = write_reference(folder, packages, library)
     except OSError as error:
         reason = error.strerror or str(error)
         raise click.BadParameter(f"{folder} cannot be written: {reason}") from error
-    report(icon_diagnostics(), as_json)
+    report(icon_diagnostics(library), as_json)
     size = sum(path.stat().st_size for path in written)
     click.echo(f"{len(written)} pages, {size / 1e6:.1f} MB: open {written[0]}")

@@ -12,6 +12,7 @@ from acausal.diagnostics.suggest import nearest
 from acausal.modeling.classes import ClassDef
 from acausal.modeling.library import FolderPackage, Root
 from acausal.modeling.library_path import library_path
+from acausal.modeling.load import library_class
 
 
 @dataclass(frozen=True)
@@ -41,17 +42,27 @@ def packages(root: Root, names: Sequence[str] = ()) -> list[Package]:
     Raises:
         AcausalError: ``N150`` if there is no package of a name.
     """
-    found = list(_packages(root))
-    known = [p.name for p in found]
     for name in names:
-        if not any(k == name or k.startswith(name + ".") for k in known):
-            close = nearest(name, known)
+        if not isinstance(library_class(name, root), (FolderPackage, ClassDef)):
+            close = nearest(name, _package_names(root))
             fail("N150", f"the library has no package {name}",
                  notes=[f"did you mean {' or '.join(close)}?"] if close else [],
                  help="acausal list shows the packages")  # fmt: skip
+    found = list(_packages(root))
     if not names:
         return found
     return [p for p in found if any(p.name == n or p.name.startswith(n + ".") for n in names)]
+
+
+def _package_names(root: Root) -> list[str]:
+    """Return the names of all packages, without reading a file."""
+    names: list[str] = []
+    pending = list(root.packages.values())
+    while pending:
+        package = pending.pop(0)
+        names.append(package.full_name)
+        pending += package.packages.values()
+    return names
 
 
 def all_classes(root: Root) -> Iterator[ClassDef]:

@@ -61,22 +61,23 @@ def index_page(site: Site) -> str:
     """Return the page that lists all packages and finds all classes."""
     cards = []
     count = 0
+    graphics: list[Graphic] = []
     for package in site.packages:
         shown = [c for c in package.classes if _group(c) == "Components"]
         count += len(package.classes)
         drawings = [symbol(c) for c in shown]
         drawings = [s for s in drawings if s.drawn][:: max(1, len(shown) // 5)][:5]
         icons = "".join(
-            f'<svg class="icon" viewBox="{view_box(s)}">{hatchings(s.graphics)}{content(s)}</svg>'
-            for s in drawings
+            f'<svg class="icon" viewBox="{view_box(s)}">{content(s)}</svg>' for s in drawings
         )
+        graphics += [g for s in drawings for g in s.graphics]
         what = _counts(package)
         cards.append(
             f'<a href="{package.name}.html"><b>{package.name}</b><span>{what}</span>'
             f"<p>{icons}</p></a>"
         )
     body = (
-        "<main><h1>Component library</h1>"
+        f"{_hidden(hatchings(tuple(graphics)))}<main><h1>Component library</h1>"
         f'<p class="lead">{count} classes in {len(site.packages)} packages. Search above, by name '
         "or by any word of a description; the key / leads there.</p>"
         f'<div class="packages">{"".join(cards)}</div></main>'
@@ -186,8 +187,7 @@ class _Writer:
     def definitions(self) -> str:
         """Return the drawings that the page uses, each once."""
         symbols = "".join(self.drawn.values())
-        hidden = 'width="0" height="0" style="position:absolute" aria-hidden="true"'
-        return f"<svg {hidden}>{hatchings(tuple(self.graphics))}{symbols}</svg>"
+        return _hidden(hatchings(tuple(self.graphics)) + symbols)
 
     def icon(self, definition: ClassDef) -> str:
         name = "s-" + _id(definition)
@@ -351,6 +351,12 @@ def _lines(lines: Sequence[Line]) -> str:
         about = f"<small>{escape(line.description)}</small>" if line.description else ""
         rows.append(f"<div{depth}>{words}{mathematics}{code}{about}</div>")
     return f'<div class="laws">{"".join(rows)}</div>'
+
+
+def _hidden(definitions: str) -> str:
+    """Return definitions that other drawings of the page refer to."""
+    style = 'width="0" height="0" style="position:absolute" aria-hidden="true"'
+    return f"<svg {style}>{definitions}</svg>" if definitions else ""
 
 
 def _default(text: str) -> str:

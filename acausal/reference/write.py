@@ -25,22 +25,25 @@ def reference_pages(names: Sequence[str] = (), root: Root | None = None) -> dict
         AcausalError: ``N150`` for a package that does not exist, or a mistake in the library.
     """
     root = root or standard_library()
+    chosen = packages(root, names)
     examples = used_by_files((library_path().parent / "examples").glob("*.acm"))
-    site = Site(packages(root), examples)
+    site = Site(packages(root) if names else chosen, examples)
     pages = {"index.html": index_page(site)}
-    for package in packages(root, names):
+    for package in chosen:
         pages[f"{package.name}.html"] = package_page(package, site)
     return pages
 
 
-def write_reference(folder: Path, names: Sequence[str] = ()) -> list[Path]:
+def write_reference(
+    folder: Path, names: Sequence[str] = (), root: Root | None = None
+) -> list[Path]:
     """Write the pages into a folder, made if it is not there; return their paths.
 
     Raises:
         AcausalError: As :func:`reference_pages`.
         OSError: If a file cannot be written.
     """
-    pages = reference_pages(names)
+    pages = reference_pages(names, root)
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for name, text in pages.items():
