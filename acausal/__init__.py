@@ -28,6 +28,30 @@ _HOMES = {
     "compile_text": "acausal.compiler",
     "read_result": "acausal.results.files",
 }
+# Models composed in Python.
+_HOMES |= dict.fromkeys(("Component", "Connector"), "acausal.compose.component")
+_HOMES |= {
+    "Model": "acausal.compose.model",
+    "load": "acausal.compose.loading",
+    "mod": "acausal.compose.modifiers",
+}
+_HOMES |= dict.fromkeys(
+    ("Across", "Constant", "Discrete", "Parameter", "Through", "Variable"),
+    "acausal.compose.declarations",
+)
+_HOMES |= dict.fromkeys(
+    ("assert_", "if_then", "reinit", "terminate", "when"), "acausal.compose.equations"
+)
+_HOMES |= dict.fromkeys(
+    (
+        *("abs", "acos", "and_", "asin", "atan", "atan2", "ceil", "change", "cos", "cosh", "cross"),
+        *("delay", "der", "edge", "exp", "floor", "function", "homotopy", "initial", "log"),
+        *("log10", "max", "min", "no_event", "not_", "or_", "pre", "product", "sample", "sign"),
+        *("sin", "sinh", "size", "smooth", "sqrt", "sum", "tan", "tanh", "terminal", "time"),
+        *("transpose", "where"),
+    ),
+    "acausal.compose.functions",
+)
 
 
 def __getattr__(name: str) -> Any:
@@ -39,4 +63,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return sorted(_HOMES)

@@ -317,7 +317,13 @@ def compile_text(
     from acausal.modeling.load import choose_model, load_text
 
     classes, _ = load_text(text)
-    definition = choose_model(classes, model, "the text")
+    return compile_definition(choose_model(classes, model, "the text"), parameters)
+
+
+def compile_definition(
+    definition: ClassDef, parameters: Mapping[str, float | str] | None = None
+) -> Compiled:
+    """Compile a model that was read, or made in Python, see :func:`compile_file`."""
     return _compiled(compile_class(definition, parameter_numbers(parameters or {})))
 
 

@@ -36,6 +36,8 @@ ORDER = (
     "inspection",
     "reference",
     "compiler",
+    "compose",
+    "library",
     "cli",
     "__main__",
 )

@@ -60,6 +60,12 @@ class AcausalError(Exception):
         self.diagnostics = tuple(diagnostics)
         super().__init__("\n".join(f"error[{d.code}]: {d.message}" for d in self.diagnostics))
 
+    def __str__(self) -> str:
+        """Return the diagnostics with the marked source, as the command line shows them."""
+        from acausal.diagnostics.render import render
+
+        return render(self).rstrip()
+
     def __reduce__(self) -> tuple[type[AcausalError], tuple[tuple[Diagnostic, ...]]]:
         return (type(self), (self.diagnostics,))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import linecache
 import os
 import unicodedata
 from collections.abc import Iterable, Mapping
@@ -59,6 +60,10 @@ def read_lines(source: str, sources: Mapping[str, str]) -> list[str] | None:
     """
     text = sources.get(source)
     if text is None:
+        # Cells of notebooks are no files, but Python knows them.
+        known = linecache.cache.get(source)
+        if known is not None and not os.path.isfile(source):
+            return [line.rstrip("\n") for line in linecache.getlines(source)]
         try:
             if not os.path.isfile(source) or os.path.getsize(source) > LARGEST_FILE:
                 return None

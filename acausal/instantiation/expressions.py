@@ -337,6 +337,14 @@ def _array(e: tree.ArrayLiteral, env: Environment) -> Value:
     return stack(values, [x.span for x in e.elements], e.span)
 
 
+def _number_array(e: tree.NumberArray, env: Environment) -> Value:
+    numbers = np.frombuffer(e.data, np.float64).reshape(e.shape)
+    if e.unit is None:
+        return table(numbers, "Integer" if e.integer else "Real", LITERAL)
+    unit = parse_unit(e.unit)
+    return table(np.asarray(to_si(numbers, unit)), "Real", unit.dimension)
+
+
 def _comprehension(e: tree.ArrayComprehension, env: Environment) -> Value:
     ranges = [iteration(i, env) for i in e.indices]
     # Lazy: the element is elaborated again for every subscript asked for, loop indices included.
@@ -466,6 +474,7 @@ _handlers: dict[type[tree.Expression], Callable[..., Value]] = {
     tree.Call: _call,
     tree.RangeExpression: _range,
     tree.ArrayLiteral: _array,
+    tree.NumberArray: _number_array,
     tree.ArrayComprehension: _comprehension,
     tree.MatrixLiteral: _matrix,
     tree.Colon: _refuse,

@@ -13,11 +13,23 @@ from acausal.instantiation.values import LITERAL, UnitOf
 from acausal.units.dimension import (
     DIMENSIONLESS,
     Dimension,
+    Exponent,
     divide,
     format_dimension,
     multiply,
     power,
 )
+
+
+class Scaled(tuple[Exponent, ...]):
+    """The unit of a quantity that was multiplied with or divided by a bare number.
+
+    Equal to the dimension itself, but where a pure number is needed the bare number may have been
+    meant as one of that unit: ``exp(v/0.025)``.
+    """
+
+    __slots__ = ()
+
 
 _SECOND: Dimension = (0, 0, 1, 0, 0, 0, 0)
 
@@ -27,9 +39,9 @@ def times(a: UnitOf, b: UnitOf) -> UnitOf:
     if a is None or b is None:
         return None
     if isinstance(a, str):
-        return LITERAL if b == DIMENSIONLESS else b
+        return LITERAL if isinstance(b, str) or b == DIMENSIONLESS else Scaled(b)
     if isinstance(b, str):
-        return LITERAL if a == DIMENSIONLESS else a
+        return LITERAL if a == DIMENSIONLESS else Scaled(a)
     return multiply(a, b)
 
 
@@ -38,7 +50,7 @@ def over(a: UnitOf, b: UnitOf) -> UnitOf:
     if a is None or b is None:
         return None
     if isinstance(b, str):
-        return a
+        return a if isinstance(a, str) else Scaled(a)
     return divide(DIMENSIONLESS if isinstance(a, str) else a, b)
 
 
@@ -103,7 +115,7 @@ def pure(unit: UnitOf, function: str, span: Span) -> None:
     Raises:
         AcausalError: ``U103``.
     """
-    if unit is None or isinstance(unit, str) or unit == DIMENSIONLESS:
+    if unit is None or isinstance(unit, str | Scaled) or unit == DIMENSIONLESS:
         return
     fail(
         "U103",

@@ -193,7 +193,7 @@ class FileScope:
     """The top of one file: its imports, in front of the package it belongs to."""
 
     def __init__(self, imports: tuple[tree.ImportClause, ...], parent: Scope) -> None:
-        self._imports = imports
+        self.imports = imports
         self._parent = parent
         self.classes: dict[str, ClassDef] = {}
 
@@ -211,12 +211,12 @@ class FileScope:
         """Return a class of the file or an imported one."""
         if name in self.classes:
             return self.classes[name]
-        return find_import(self._imports, name, self)
+        return find_import(self.imports, name, self)
 
     def names(self) -> list[str]:
         """Names seen at the top of the file."""
         result = list(self.classes)
-        for clause in self._imports:
+        for clause in self.imports:
             result += imported_names(clause, self)
         return result
 

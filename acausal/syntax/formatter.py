@@ -6,6 +6,7 @@ Expressions are printed with an explicit stack, so the depth of a tree does not 
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Iterable, Sequence
 
 from acausal.syntax import tree
@@ -98,6 +99,8 @@ def _parts(node: tree.Expression) -> _Parts:
             return [(node.start, _RANGE + 1), *middle, ":", (node.stop, _RANGE + 1)]
         case tree.ArrayLiteral():
             return ["{", *_list_parts(node.elements), "}"]
+        case tree.NumberArray():
+            return [format_number_array(node)]
         case tree.ArrayComprehension():
             return ["{", (node.element, _IF), *_indices_parts(node.indices), "}"]
         case tree.MatrixLiteral():
@@ -183,6 +186,19 @@ def format_number(number: tree.NumberLiteral) -> str:
     """Return a number with its unit, such as ``10[kOhm]``."""
     text = str(int(number.value)) if number.integer else repr(float(number.value))
     return text if number.unit is None else f"{text}[{number.unit}]"
+
+
+def format_number_array(array: tree.NumberArray) -> str:
+    """Return a block of numbers as nested lists in braces."""
+    if 0 in array.shape:
+        return f"zeros({', '.join(map(str, array.shape))})"
+    numbers = [n for (n,) in struct.iter_unpack("d", array.data)]
+    items = [str(int(n)) if array.integer else repr(n) for n in numbers]
+    if array.unit is not None:
+        items = [f"{item}[{array.unit}]" for item in items]
+    for size in reversed(array.shape):
+        items = ["{" + ", ".join(items[k : k + size]) + "}" for k in range(0, len(items), size)]
+    return items[0]
 
 
 def format_string(value: str) -> str:

@@ -145,6 +145,23 @@ class ArrayLiteral(Expression):
 
 
 @dataclass(frozen=True, slots=True)
+class NumberArray(Expression):
+    """``{{1.0, 2.0}, {3.0, 4.0}}`` as a block of numbers; Python makes it, the parser does not.
+
+    Attributes:
+        data: The numbers, doubles in row-major order.
+        shape: The array's dimensions.
+        integer: Whether they are whole numbers by type.
+        unit: Unit of each number.
+    """
+
+    data: bytes
+    shape: tuple[int, ...]
+    integer: bool = False
+    unit: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class ArrayComprehension(Expression):
     """``{e for i in r}``."""
 
