@@ -54,16 +54,17 @@ def mechanisms(draw: Any) -> Mechanism:
     made = Mechanism()
     n = draw(st.integers(1, 3))
     loop = draw(st.booleans()) and n > 1
+    pinned = loop and n == 3 and draw(st.booleans())
     for k in range(1, n + 1):
         parent = k - 1 if loop else draw(st.integers(0, k - 1))
-        kind = draw(st.sampled_from(KINDS)) if k < n else "Revolute"
+        kind = draw(st.sampled_from(KINDS)) if k < n and not pinned else "Revolute"
         start = draw(st.integers(-10, 10)) / 10
         speed = 0.0 if loop else draw(st.integers(-10, 10)) / 5
         mass, inertia = draw(st.integers(1, 5)), draw(st.integers(1, 5)) / 10
         here, place = made.point(parent, draw(POINTS))
         variable = "phi" if kind == "Revolute" else "s"
         rate = "w" if kind == "Revolute" else "v"
-        fixed = "false" if loop and k == n else "true"
+        fixed = "false" if loop and k == n or pinned and k > 1 else "true"
         made.text.append(
             f"  {kind} joint{k}({variable}(start = {start}, fixed = {fixed}), "
             f"{rate}(start = {speed}, fixed = {fixed}));\n"
@@ -80,7 +81,14 @@ def mechanisms(draw: Any) -> Mechanism:
         made.joints.append((f"joint{k}", here, there))
         made.ends.append(f"  connect({here}, joint{k}.frame_a);\n")
         made.ends.append(f"  connect(joint{k}.frame_b, {there});\n")
-    if loop:
+    if pinned:
+        # a hinge on the ground makes a four-bar linkage
+        there, place = made.point(n, (draw(st.integers(2, 8)) / 10, draw(COORDINATE)))
+        here, _ = made.point(0, (float(place[0]), float(place[1])))
+        made.text.append("  Revolute pin;\n")
+        made.ends.append(f"  connect({here}, pin.frame_a);\n  connect(pin.frame_b, {there});\n")
+        made.joints.append(("pin", here, there))
+    elif loop:
         # a rod from the ground to a point of the last body, square to the arm of its joint
         arm = made.arms[-1][2]
         across = np.array([-arm[1], arm[0]]) / np.hypot(*arm)
@@ -128,7 +136,7 @@ def power(result: Any, frame: str, motion: tuple[Array, Array, Array]) -> Array:
 
 
 @settings(
-    max_examples=12,
+    max_examples=20,
     deadline=None,
     derandomize=True,
     suppress_health_check=[HealthCheck.too_slow],
