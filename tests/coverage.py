@@ -83,10 +83,13 @@ def coverage(root: Root | None = None) -> list[Row]:
 
 
 def undescribed(definition: ClassDef) -> list[str]:
-    """Return what of a class has no description: the class (empty text) and its components."""
+    """Return what of a class has no description: the class (empty text) and its components.
+
+    What ``outer`` components are, their ``inner`` ones say.
+    """
     missing = [] if definition.tree.description else [""]
     for component in definition.tree.components:
-        if component.public and not component.description:
+        if component.public and not component.description and "outer" not in component.prefixes:
             missing.append(component.name)
     return missing
 

@@ -48,8 +48,12 @@ def field_of(connector: ClassDef) -> str:
         if isinstance(base, ClassDef) and base.kind != "connector":
             break  # a signal with an enumeration or a type, of the connector's own package
         root = base
-    key = root.name if isinstance(root, Builtin) else root.full_name.rpartition(".")[0]
-    return key if key in FIELDS else "other"
+    if isinstance(root, Builtin):
+        return root.name if root.name in FIELDS else "other"
+    key = root.full_name.rpartition(".")[0]
+    while key and key not in FIELDS:  # a package inside of that of the field
+        key = key.rpartition(".")[0]
+    return key or "other"
 
 
 def direction_of(connector: ClassDef) -> str:
