@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from acausal.instantiation.template import Template
     from acausal.modeling.classes import ClassDef
     from acausal.results.result import Result
+    from acausal.results.snapshot import Snapshot
     from acausal.simulation.changed_values import ChangedValues
     from acausal.simulation.system import System
     from acausal.structural.incidence import Chains
@@ -199,6 +200,7 @@ class Compiled:
         max_step: float = float("inf"),
         parameters: Mapping[str, float | str] | None = None,
         start: Mapping[str, float | str] | None = None,
+        continue_from: Snapshot | None = None,
     ) -> Result:
         """Simulate the model.
 
@@ -216,6 +218,8 @@ class Compiled:
                 ``"10[kOhm]"``. Nothing is compiled for them unless they decide about the
                 structure of the model.
             start: Start values of states by path, likewise; they count as fixed.
+            continue_from: Where an earlier run of the same model stood (``result.end``, or a
+                stored one); this run goes on from there, with other parameters if they are given.
 
         Returns:
             The result; if the run failed on its way, what there is, with the reason in
@@ -224,14 +228,18 @@ class Compiled:
         Raises:
             AcausalError: If there is no consistent start, or what is asked for is impossible.
         """
+        from acausal.diagnostics import fail
         from acausal.simulation.engine import simulate
         from acausal.simulation.request import Request
 
+        if continue_from is not None and (start or start_time is not None):
+            fail("R010", "a run that goes on has no start values and no start time of its own",
+                 help="leave out start and start_time, or leave out continue_from")  # fmt: skip
         if interval is None and points is None:
             interval = self.system.experiment.interval
         request = Request(
             start_time, stop_time, tolerance, solver, points, interval, variables, progress,
-            max_step,
+            max_step, continue_from,
         )  # fmt: skip
         return simulate(self.with_values(parameters or {}, start or {}).system, request)
 

@@ -208,6 +208,19 @@ class DelayTable:
         self._length = n
         self._set(length=n)
 
+    def history(self) -> tuple[Array, Array, Array]:
+        """Return copies of the entries: times, values and slopes."""
+        n = self._length
+        return self._times[:n].copy(), self._values[:n].copy(), self._slopes[:n].copy()
+
+    def restore(self, times: Array, values: Array, slopes: Array) -> None:
+        """Go on with the entries that :meth:`history` has returned."""
+        n = len(times)
+        self._allocate(max(_CAPACITY, 2 * n))
+        self._times[:n], self._values[:n], self._slopes[:n] = times, values, slopes
+        self._length = n
+        self._set(length=n)
+
     def clear(self) -> None:
         """Forget all entries."""
         self._length = 0

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
 
+    from acausal.results.snapshot import Snapshot
+
 
 class VariableSource(Protocol):
     """Where a result gets its variables from. Nothing is computed or named before it is asked."""
@@ -102,6 +104,7 @@ class Result:
         experiment: What was asked for: ``start_time``, ``stop_time``, ``tolerance``, ``solver``.
         ending: Whether it ran to its end.
         diagnostics: Warnings, and why it failed if it did.
+        end: Where the run stood at last; None if it failed.
     """
 
     model_name: str
@@ -115,6 +118,7 @@ class Result:
     experiment: Mapping[str, float | int | str] = field(default_factory=dict)
     ending: Ending = Ending.COMPLETE
     diagnostics: tuple[Diagnostic, ...] = ()
+    end: Snapshot | None = None
 
     def __getitem__(self, path: str) -> Any:
         """Return a :class:`Trajectory`, or a dictionary of them by path.

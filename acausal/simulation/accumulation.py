@@ -14,6 +14,8 @@ A body that does not get off what it has met, as with a restitution of zero, res
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -30,6 +32,7 @@ SHARE = 1e-10
 EARLY = 0.1
 #: Impacts in a row, each sooner and weaker than the one before.
 LEAST = 5
+_REMEMBERED = ("last", "gap", "speed", "first", "pace", "count")
 #: Velocity per duration of a flight stays the same where a stop does not move, about.
 EVEN = 10.0
 
@@ -56,6 +59,17 @@ class Accumulation:
         self._first = np.zeros(n)
         self._pace = np.zeros(n)
         self._count = np.zeros(n, np.int64)
+
+    def memory(self) -> dict[str, Array]:
+        """Return what it takes to go on: the last impacts."""
+        own = {name: getattr(self, f"_{name}").copy() for name in _REMEMBERED}
+        return {**own, "early": np.array([self.early])}
+
+    def recall(self, memory: Mapping[str, Array]) -> None:
+        """Go on from a memory."""
+        for name in _REMEMBERED:
+            getattr(self, f"_{name}")[:] = memory[name]
+        self.early = float(memory["early"][0])
 
     def ending(self, acting: Ids, values: Array, time: float) -> Ids:
         """Take note of impacts; return the reinits that end in rest now.

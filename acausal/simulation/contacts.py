@@ -9,7 +9,7 @@ after the impact, which are differences of ``g`` along the motion. What can come
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +49,18 @@ class Contacts:
         self._start = start
         self._last = np.full(hybrid.reinits.count, -np.inf)
         self._longest = np.zeros(hybrid.reinits.count)
+
+    def memory(self) -> dict[str, Array]:
+        """Return what it takes to go on: when reinits have acted."""
+        return {
+            "begun": np.array([self._start]), "acted": self._last.copy(),
+            "longest": self._longest.copy(),
+        }  # fmt: skip
+
+    def recall(self, memory: Mapping[str, Array]) -> None:
+        """Go on from a memory."""
+        self._start = float(memory["begun"][0])
+        self._last[:], self._longest[:] = memory["acted"], memory["longest"]
 
     def stuck(
         self, acting: Ids, before: Array, time: float, kernels: EventKernels, glances: Glances

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from acausal.diagnostics import AcausalError, Severity, fail
 from acausal.flattening.model import Ids
 from acausal.results.result import Ending, Result
+from acausal.results.snapshot import Snapshot
 from acausal.simulation.assertions import violations
 from acausal.simulation.event_handler import EventHandler
 from acausal.simulation.failure_places import told
@@ -19,7 +20,7 @@ from acausal.simulation.folds import Folds
 from acausal.simulation.output import Recorder, output_times
 from acausal.simulation.request import Request
 from acausal.simulation.run import SNAPSHOTS, Reached, Run
-from acausal.simulation.start import start_values
+from acausal.simulation.start import resumed_values, start_values
 from acausal.simulation.states import StateSelector
 from acausal.simulation.system import System
 from acausal.simulation.trajectories import Trajectories
@@ -45,7 +46,11 @@ def simulate(system: System, request: Request) -> Result:
     times = output_times(request, start, stop)
     selector = StateSelector(system)
     begun = clock.perf_counter()
-    begin = start_values(system, selector, start)
+    snapshot = request.continue_from
+    if snapshot is None:
+        begin = start_values(system, selector, start)
+    else:
+        begin = resumed_values(system, selector, snapshot)
     start_time = clock.perf_counter() - begun
     chosen = _chosen(system, request)
     trajectories = Trajectories(
@@ -57,8 +62,10 @@ def simulate(system: System, request: Request) -> Result:
     )
     handler = EventHandler(run, start) if begin.relations is not None else None
     run.begin(start, begin.values, begin.states)
-    if handler is not None:
+    if handler is not None and snapshot is None:
         handler.started()
+    elif handler is not None and snapshot is not None:
+        handler.resumed(snapshot.memory, not np.array_equal(begin.parameters, snapshot.parameters))
     run.record_here()
     recorder.flush()
     warned: set[int] = set()
@@ -68,6 +75,9 @@ def simulate(system: System, request: Request) -> Result:
         raise AcausalError(remarks)
     wall, processor = clock.perf_counter(), clock.process_time()
     _go(run, handler, times, stop)
+    end = _standing(run, handler)
+    if handler is not None:
+        handler.finish()
     run.solve_time = clock.perf_counter() - wall
     run.solve_cpu_time = clock.process_time() - processor
     recorder.flush()
@@ -96,6 +106,7 @@ def simulate(system: System, request: Request) -> Result:
         },
         run.ending,
         (*begin.warnings, *selector.warnings(), *remarks, *failure),
+        end,
     )
 
 
@@ -132,13 +143,23 @@ def _go(run: Run, handler: EventHandler | None, times: Array, stop: float) -> No
             return
         while done < len(times) and times[done] <= run.time:
             done += 1
-    if handler is not None:
-        handler.finish()
+
+
+def _standing(run: Run, handler: EventHandler | None) -> Snapshot | None:
+    """Return where a run stands, so that another one can go on; None after a failure."""
+    if run.ending is Ending.FAILED or run.current is None or run.integrator is None:
+        return None
+    return Snapshot(
+        run.system.name, run.time, run.current.states.copy(), run.values(),
+        run.current.parameters.copy(), {} if handler is None else handler.memory(),
+    )  # fmt: skip
 
 
 def _span(system: System, request: Request) -> tuple[float, float, float]:
     experiment = system.experiment
     start = experiment.start_time if request.start_time is None else request.start_time
+    if request.continue_from is not None:
+        start = request.continue_from.time
     stop = request.stop_time
     if stop is None:
         stop = experiment.stop_time if experiment.stop_time is not None else start + 1.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,6 +114,50 @@ class EventHandler:
                 run.begin_at(run.time, values.y, values.yp)
         if kernels.delays is not None:
             kernels.delays.table.append(run.time, kernels.delays.present())
+        self._go_on(kernels, integrator)
+
+    def memory(self) -> dict[str, Array]:
+        """Return what relations, delays, samples and impacts remember at the present time."""
+        _, kernels, _, _, _ = self._present()
+        states = kernels.states
+        found = {
+            **self._schedule.memory(), **self._accumulation.memory(), **self._contacts.memory(),
+            "g": states.g.copy(), "slope": states.slope.copy(), "largest": states.largest.copy(),
+        }  # fmt: skip
+        if kernels.delays is not None:
+            history = kernels.delays.table.history()
+            found |= dict(zip(("times", "delayed", "slopes"), history, strict=True))
+        return found
+
+    def resumed(self, memory: Mapping[str, Array], anew: bool) -> None:
+        """Go on from a memory.
+
+        Args:
+            memory: Of the same model.
+            anew: Parameters have changed: everything discrete is settled again.
+
+        Raises:
+            AcausalError: ``E0xx`` if it does not settle.
+        """
+        run = self._run
+        _, kernels, iteration, values, integrator = self._present()
+        states = kernels.states
+        states.g[:], states.slope[:] = memory["g"], memory["slope"]
+        states.largest[:] = memory["largest"]
+        for part in (self._schedule, self._accumulation, self._contacts):
+            part.recall(memory)
+        if kernels.delays is not None:
+            table = kernels.delays.table
+            table.restore(memory["times"], memory["delayed"], memory["slopes"])
+            kernels.delays.show(run.time)
+        values.take(run.time, integrator.y, integrator.yp)
+        if anew:
+            try:
+                iteration.at(values, run.time, None, np.zeros(0, np.int64), anew=True)
+            except EndlessError as reason:
+                raise endless(run.system, kernels, reason, values.values(), run.time) from None
+            if iteration.solved:
+                run.begin_at(run.time, values.y, values.yp)
         self._go_on(kernels, integrator)
 
     def leapt(self) -> None:

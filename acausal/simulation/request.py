@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from acausal.results.snapshot import Snapshot
+
 #: Points of a run that says nothing about its output.
 DEFAULT_POINTS = 501
 
@@ -22,6 +24,7 @@ class Request:
         variables: Patterns of the variables to keep; None keeps everything.
         progress: Called with the time reached and the stop time.
         max_step: Largest step, seconds.
+        continue_from: Where an earlier run stood.
     """
 
     start_time: float | None = None
@@ -33,3 +36,4 @@ class Request:
     variables: Sequence[str] | None = None
     progress: Callable[[float, float], None] | None = None
     max_step: float = float("inf")
+    continue_from: Snapshot | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from heapq import heappop, heappush
 
 import numpy as np
@@ -38,6 +39,20 @@ class Schedule:
         ]
         self._next_sample = min(self._times, default=np.inf)
         self._jumps: list[float] = []
+
+    def memory(self) -> dict[str, Array]:
+        """Return what it takes to go on: samples done, jumps of delayed values to come."""
+        return {"samples": np.array(self._count), "jumps": np.array(sorted(self._jumps))}
+
+    def recall(self, memory: Mapping[str, Array]) -> None:
+        """Go on from a memory of the same clocks."""
+        self._count = [float(c) for c in memory["samples"]]
+        self._times = [
+            first + m * interval
+            for (first, interval), m in zip(self._clocks, self._count, strict=True)
+        ]
+        self._next_sample = min(self._times, default=np.inf)
+        self._jumps = memory["jumps"].tolist()  # ascending: a heap
 
     def add_jumps(self, times: Array) -> None:
         """Take note of jumps of delayed values."""

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from acausal.assembly.problem import TIME_POSITION
-from acausal.diagnostics import AcausalError, Diagnostic
+from acausal.diagnostics import AcausalError, Diagnostic, fail
 from acausal.flattening.model import Ids
 from acausal.initialization.guesses import guided_guesses
-from acausal.initialization.start import Start, initialize
+from acausal.initialization.start import Start, initialize, prepare_restart
 from acausal.initialization.system import StartSystem
+from acausal.results.snapshot import Snapshot
 from acausal.simulation.accumulation import Accumulation
 from acausal.simulation.contacts import Contacts
 from acausal.simulation.continuous_values import VALUES, StartValues, start_vector
@@ -89,6 +90,32 @@ def start_values(system: System, selector: StateSelector, time: float) -> Begin:
     better = selector.better(values.values, time)
     found = states if better is None else better
     return Begin(found, values.values.copy(), parameters, relations, values.warnings)
+
+
+def resumed_values(system: System, selector: StateSelector, snapshot: Snapshot) -> Begin:
+    """Return consistent values where an earlier run stood.
+
+    With other parameters the states stay and everything else is found anew.
+
+    Raises:
+        AcausalError: ``R012`` if it was a run of another model, ``I0xx`` if the values of the
+            states are impossible with the parameters.
+    """
+    n, p = len(system.active), len(system.parameters)
+    if len(snapshot.values) != n or len(snapshot.parameters) != p:
+        fail("R012", f"the snapshot of {snapshot.model_name} does not fit {system.name}",
+             help="continue a run of the same model, structural parameters included")  # fmt: skip
+    states = selector.first(snapshot.values, snapshot.time)
+    first_held = p if system.hybrid is None else system.hybrid.first
+    parameters = snapshot.parameters.copy()
+    parameters[:first_held] = system.parameters[:first_held]
+    selector.hold(parameters)
+    values = snapshot.values
+    if not np.array_equal(parameters, snapshot.parameters):
+        equations = replace(system.start_system(snapshot.states), parameters=parameters)
+        values = prepare_restart(equations, snapshot.states).solve(values, snapshot.time)
+    relations = None if system.hybrid is None else relations_of(system.hybrid)
+    return Begin(states, values.copy(), parameters, relations, ())
 
 
 def _continuous_start(equations: StartSystem, time: float) -> Start:
