@@ -222,3 +222,33 @@ equation
     assert y[t <= leave] == pytest.approx(0, abs=1e-9)
     assert y[t > leave] == pytest.approx(G / 6 * (t[t > leave] - 1) ** 3, abs=1e-6)
     assert values(result, "contact.rigid.fn")[-1] == 0
+
+
+def test_friction_under_a_given_normal_force() -> None:
+    # A belt that is pressed on a block takes it along until both have the same velocity.
+    result = run(
+        body("block_", 2, 0.1)
+        + """
+  Fixed ground;
+  Prismatic rollers(useFlange = true);
+  mechanical.translational.ConstantSpeed drive(v_fixed = 1.5, s(start = 0, fixed = true));
+  WallFriction belt(mu = 0.4, useHeatPort = true);
+  blocks.Step pressed(height = 10, startTime = 0.2);
+  thermal.FixedTemperature ambient(T = 300);
+equation
+  connect(ground.frame_a, rollers.frame_a);
+  connect(drive.flange, rollers.flange_a);
+  connect(rollers.frame_b, belt.frame_a);
+  connect(belt.frame_b, block_.frame_a);
+  connect(pressed.y, belt.f_normal);
+  connect(belt.heatPort, ambient.port);
+""",
+        gravity="{0, 0}",
+    )
+    t = result.times
+    assert values(result, "block_.v[1]") == pytest.approx(np.clip(2 * (t - 0.2), 0, 1.5), abs=1e-7)
+    stuck = t > 0.2 + 1.5 / 2 + 1e-6
+    assert set(values(result, "belt.mode")[stuck]) == {0.0}
+    assert values(result, "ambient.port.Q_flow")[t < 0.2] == pytest.approx(0)
+    k = np.argmax(t > 0.2)
+    assert values(result, "ambient.port.Q_flow")[k] == pytest.approx(4 * (1.5 - 2 * (t[k] - 0.2)))

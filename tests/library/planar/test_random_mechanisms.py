@@ -64,7 +64,7 @@ def mechanisms(draw: Any) -> Mechanism:
         here, place = made.point(parent, draw(POINTS))
         variable = "phi" if kind == "Revolute" else "s"
         rate = "w" if kind == "Revolute" else "v"
-        fixed = "false" if loop and k == n or pinned and k > 1 else "true"
+        fixed = "false" if (loop and k == n) or (pinned and k > 1) else "true"
         made.text.append(
             f"  {kind} joint{k}({variable}(start = {start}, fixed = {fixed}), "
             f"{rate}(start = {speed}, fixed = {fixed}));\n"
