@@ -26,8 +26,9 @@ ROOT = TESTS.parent
 
 #: Stands for what is filled in.
 _GAP = "\N{SECTION SIGN}"
+_FILLED = re.compile(r"\{\w+\}|\$\w+\$")
 _TYPE = rf"(?:[a-z{_GAP}][\w{_GAP}]*\.)*[\w{_GAP}']+"
-_DECLARATION = re.compile(rf"(?<![\w.])({_TYPE})\s+[\w{_GAP}]+\s*(?=[(\[;,=\"]|if\b)")
+_DECLARATION = re.compile(rf"(?<![\w.])({_TYPE})\s+[\w{_GAP}]+\s*(?=[(\[;,=\"]|if\b|$)")
 _EXTENDS = re.compile(rf"\bextends\s+({_TYPE})")
 _CALL = re.compile(rf"(?<![\w.])((?:[a-z{_GAP}][\w{_GAP}]*\.)+[\w{_GAP}]+)\(")
 _IMPORT = re.compile(rf"\bimport\s+({_TYPE}(?:\.\*)?)\s*;")
@@ -113,11 +114,11 @@ def _strings(module: ast.Module) -> Iterator[str]:
                     parts.append(str(value.value))
                 else:
                     parts.append(_GAP)
-            yield "".join(parts)
+            yield _FILLED.sub(_GAP, "".join(parts))
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
             if id(node) in inside:
                 continue
-            yield re.sub(r"\{\w+\}|\$\w+\$", _GAP, node.value)
+            yield _FILLED.sub(_GAP, node.value)
 
 
 def _declared(texts: list[str], known: dict[str, ClassDef]) -> Iterator[str]:
