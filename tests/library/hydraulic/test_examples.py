@@ -25,7 +25,9 @@ def test_basin_fills_and_empties_as_the_closed_form_says() -> None:
     k = 0.62 * np.pi / 4 * 0.09**2 * np.sqrt(2 * 9.80665)
     filling = t < 1799
     y, start = np.sqrt(level[filling]), np.sqrt(0.2)
-    needed = 2 * area / k * (start - y + inflow / k * np.log((inflow - k * start) / (inflow - k * y)))
+    needed = (
+        2 * area / k * (start - y + inflow / k * np.log((inflow - k * start) / (inflow - k * y)))
+    )
     early = t[filling] < 1500
     assert needed[early] == pytest.approx(t[filling][early], rel=2e-4, abs=0.05)
     assert level[filling][-1] == pytest.approx((inflow / k) ** 2, rel=0.02)

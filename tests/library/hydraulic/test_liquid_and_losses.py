@@ -46,7 +46,9 @@ equation
         density(p, air) * 1e-3 * (1 + 1e-9 * (p - P0)), rel=1e-8
     )
     # What has flown in, at the density of the liquid at the port.
-    integral = np.concatenate([[0], np.cumsum(np.diff(result.times) * (density(p)[1:] + density(p)[:-1]) / 2)])
+    integral = np.concatenate(
+        [[0], np.cumsum(np.diff(result.times) * (density(p)[1:] + density(p)[:-1]) / 2)]
+    )
     total = values(result, "volume.m") + values(result, "hose.m")
     assert total - total[0] == pytest.approx(1e-4 * integral, rel=1e-3, abs=1e-6)
 
@@ -78,7 +80,8 @@ RESTRICTIONS = """  VarPressureSource source;
   SharpEdgedOrifice orifice(D_pipe = 20e-3, D_min = 5e-3);
   SuddenExpansion step(D_a = 5e-3, D_b = 10e-3);
   VariableRestriction valve(q_nom = 1e-3, dp_nom = 1e6, control = 0.5);
-  VariableRestrictionSeriesValve oneWay(q_nom = 1e-3, dp_nom = 1e6, control = 1, table = [0, 0; 1, 0.3]);
+  VariableRestrictionSeriesValve oneWay(q_nom = 1e-3, dp_nom = 1e6, control = 1, table = [0,
+    0; 1, 0.3]);
   VariableLaminarRestriction thin(L = 2, D = 3e-3, control = 0.25);
   WallFriction pipe(L = 3, D = 8e-3, roughness = 4e-5);
   LineNoVolume same(L = 3, D = 8e-3, roughness = 4e-5);
@@ -213,7 +216,7 @@ equation
 
 
 def test_short_line_and_inertia() -> None:
-    # A mass of liquid between two pressures: L/A m' = dp; the line passes on what its friction says.
+    # A mass of liquid between two pressures: L/A m' = dp; the line passes on all.
     result = simulate(
         """  ConstPressureSource source(p_const = 2e6);
   FluidInertia inertia(L = 5, A = 1e-4, m_flow(fixed = true));

@@ -1,6 +1,7 @@
 """Random networks of volumes, restrictions, pistons and pumps: mass and energy are kept.
 
-The energy of a liquid that is compressed without exchange of heat, counted from ambient pressure, is
+The energy of a liquid that is compressed without exchange of heat,
+    counted from ambient pressure, is
 e = rho*g - (p - p0) per volume, where g is the integral of 1/rho over the pressure; m_flow*g is the
 power a mass flow rate carries.
 """
@@ -32,7 +33,8 @@ def values(result: Any, path: str) -> Any:
 
 
 def network(seed: int) -> str:
-    """Return stores in a circle, joined by restrictions; between two of them a pump with a flywheel."""
+    """Return stores in a circle,
+    joined by restrictions; between two of them a pump with a flywheel."""
     rng = np.random.default_rng(seed)
     n = int(rng.integers(2, 6))
     parts, joins, masses, energies, losses = "", "", [], [], []
@@ -67,9 +69,11 @@ end potential;
 model Network
   inner Oil oil;
 {parts}  FluidPower2MechRotConst pump(Dconst = 1e-5);
-  mechanical.rotational.Inertia wheel(J = 0.005, phi(start = 0, fixed = true), w(start = 100, fixed = true));
+  mechanical.rotational.Inertia wheel(J = 0.005, phi(start = 0, fixed = true), w(start = 100,
+    fixed = true));
   FluidInertia pipe(L = 2, A = 1e-4, m_flow(start = 0, fixed = true));
-  Real total = {" + ".join(masses)}, lossPower = {" + ".join(losses)}, lost(start = 0, fixed = true);
+  Real total = {" + ".join(masses)}, lossPower = {" + ".join(losses)}, lost(start = 0,
+    fixed = true);
   Real energy = {" + ".join(energies)} + wheel.J*wheel.w^2/2
     + pipe.L/pipe.A*pipe.m_flow^2/(2*oil.rho);
 equation

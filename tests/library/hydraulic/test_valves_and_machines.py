@@ -102,7 +102,8 @@ def test_pressure_valves_hold_their_pressures() -> None:
   Anticavitation_ReliefValve both(dp_relief = 10e6);
   OpenTank tank;
   PressureSensor gauge;
-  blocks.Trapezoid rate(amplitude = 1.2e-3, rising = 1, width = 1, falling = 0.5, period = 10, nperiod = 1, offset = -1e-4);
+  blocks.Trapezoid rate(amplitude = 1.2e-3, rising = 1, width = 1, falling = 0.5, period = 10,
+    nperiod = 1, offset = -1e-4);
 equation
   connect(rate.y, pump.control);
   connect(pump.port, line.port, relief.port_a, reducing.port_a, both.port_a, gauge.port);
@@ -238,7 +239,8 @@ equation
 def test_accumulator_takes_what_the_polytropic_law_says() -> None:
     result = simulate(
         """  VarVolumeSource pump;
-  Accumulator accumulator(liquidVolume = 0.8e-3, gasVolume = 1e-3, p_precharge = 5e6, exponent = 1.3,
+  Accumulator accumulator(liquidVolume = 0.8e-3, gasVolume = 1e-3, p_precharge = 5e6,
+    exponent = 1.3,
     p(start = 1e6, fixed = true));
   blocks.Constant rate(k = 1e-4);
 equation
@@ -262,8 +264,10 @@ equation
 def test_air_chamber_springs_back() -> None:
     # A mass on a column of gas: small oscillations with the stiffness n p A^2/V.
     result = simulate(
-        """  AirChamber gas(A = 1e-2, p_precharge = 101325, V_precharge = 2e-3, residualVolume = 0, exponent = 1.4);
-  mechanical.translational.Mass mass(m = 5, s(start = 0.2001, fixed = true), v(start = 0, fixed = true));
+        """  AirChamber gas(A = 1e-2, p_precharge = 101325, V_precharge = 2e-3,
+    residualVolume = 0, exponent = 1.4);
+  mechanical.translational.Mass mass(m = 5, s(start = 0.2001, fixed = true), v(start = 0,
+    fixed = true));
   mechanical.translational.Fixed fixed;
 equation
   connect(fixed.flange, gas.flange_a);
@@ -277,10 +281,13 @@ equation
 
 def test_double_acting_cylinder_moves_between_its_stops() -> None:
     result = simulate(
-        """  DoubleActingCylinder cylinder(boreDiameter = 50e-3, rodDiameter = 30e-3, strokeLength = 0.2,
+        """  DoubleActingCylinder cylinder(boreDiameter = 50e-3, rodDiameter = 30e-3,
+    strokeLength = 0.2,
     useCushionRod = true, closedLength = 0.3, D_B2Env = 1e-4,
-    cylinderChamberHead(p(start = 101325, fixed = true)), cylinderChamberRod(p(start = 101325, fixed = true)));
-  mechanical.translational.Mass load(m = 80, s(start = 0.3, fixed = true), v(start = 0, fixed = true));
+    cylinderChamberHead(p(start = 101325, fixed = true)), cylinderChamberRod(p(start = 101325,
+    fixed = true)));
+  mechanical.translational.Mass load(m = 80, s(start = 0.3, fixed = true), v(start = 0,
+    fixed = true));
   mechanical.translational.Fixed fixed;
   V4_3CC valve(q_nom = 5e-4, dp_nom = 1e6, bandwidth = 100);
   ConstPressureSource pump(p_const = 8e6);
@@ -316,7 +323,8 @@ equation
 
 def test_single_acting_cylinder_and_spring() -> None:
     result = simulate(
-        """  SingleActingCylinder cylinder(boreDiameter = 40e-3, strokeLength = 0.1, springRate = 5e3, preload = 200,
+        """  SingleActingCylinder cylinder(boreDiameter = 40e-3, strokeLength = 0.1,
+    springRate = 5e3, preload = 200,
     cylinderChamberHead(p(start = 101325, fixed = true)));
   mechanical.translational.Fixed fixed;
   LaminarRestriction pipe(L = 1, D = 10e-3);

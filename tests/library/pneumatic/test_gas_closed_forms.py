@@ -54,7 +54,8 @@ equation
 def test_heat_through_the_wall_warms_expanded_gas() -> None:
     # From 250 K: m cv T' = G (Tw - T) at constant volume.
     result = simulate(
-        """  VolumeClosed tank(V_const = 2e-3, process = Process.exchange, G = 0.5, useHeatPort = true,
+        """  VolumeClosed tank(V_const = 2e-3, process = Process.exchange, G = 0.5,
+    useHeatPort = true,
     p(start = 2e5, fixed = true), T(start = 250, fixed = true));
   thermal.FixedTemperature wall(T = 310);
 equation

@@ -27,7 +27,8 @@ def network(seed: int) -> str:
         masses.append(f"c{k}.m")
         energies.append(f"c{k}.U")
         if rng.random() < 0.4:
-            parts += f"""  Cylinder c{k}(A = 1e-3, V0 = {rng.uniform(1, 5):.2f}e-4, {start});
+            parts += f"""  Cylinder c{k}(A = 1e-3, stopStiffness = 0, V0 = {
+                rng.uniform(1, 5):.2f}e-4, {start});
   mechanical.translational.Mass m{k}(m = {rng.uniform(0.5, 5):.2f}, s(start = 0.1, fixed = true),
     v(start = 0, fixed = true));
   mechanical.translational.Spring s{k}(c = 2e4);
@@ -38,12 +39,16 @@ def network(seed: int) -> str:
             energies.append(f"m{k}.m*m{k}.v^2/2 + s{k}.c*s{k}.s_rel^2/2 + gas.p_ambient*c{k}.V")
         else:
             parts += f"  VolumeClosed c{k}(V_const = {rng.uniform(1, 10):.2f}e-4, {start});\n"
-        kinds = ["Restriction r{}(C = 2e-9)", "Nozzle r{}(A = 1e-6)", "LaminarRestriction r{}(D = 1e-3)"]
+        kinds = [
+            "Restriction r{}(C = 2e-9)",
+            "Nozzle r{}(A = 1e-6)",
+            "LaminarRestriction r{}(D = 1e-3)",
+        ]
         kind = str(rng.choice(kinds))
         parts += f"  {kind.format(k)};\n"
         joins += f"  connect(c{k}.port, r{k}.port_a);\n"
         joins += f"  connect(r{k}.port_b, c{(k + 1) % n}.port);\n"
-    text = f"""import pneumatic.*;
+    return f"""import pneumatic.*;
 model Network
   inner Gas gas;
 {parts}  CheckValve out(C = 1e-9);
@@ -59,7 +64,6 @@ equation
   der(carried) = meter.port_a.H_flow;
 end Network;
 """
-    return text
 
 
 @settings(max_examples=8, deadline=None, derandomize=True)
