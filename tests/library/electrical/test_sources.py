@@ -105,26 +105,31 @@ equation
 
 
 def test_variable_frequency_and_amplitude() -> None:
-    sources = "\n".join(
-        f"  electrical.{wave}{kind}VariableFrequencyAndAmplitude {wave.lower()}{kind}"
-        f"(phi(fixed = true), {letter} = 1 + time, f = 2 + 3*time);\n"
-        f"  electrical.Resistor r{wave}{kind};"
-        for wave in ("Sine", "Cosine")
-        for kind, letter in (("Voltage", "V"), ("Current", "I"))
+    result = run(
+        """
+  Real size = 1 + time, f = 2 + 3*time;
+  electrical.SineVoltageVariableFrequencyAndAmplitude sv(phi(fixed = true), V = size, f = f);
+  electrical.CosineVoltageVariableFrequencyAndAmplitude cv(phi(fixed = true), V = size, f = f);
+  electrical.SineCurrentVariableFrequencyAndAmplitude si_(phi(fixed = true), I = size, f = f);
+  electrical.CosineCurrentVariableFrequencyAndAmplitude ci(phi(fixed = true), I = size,
+    useConstantFrequency = true, constantFrequency = 3);
+  electrical.Resistor a, b, c, d;
+  electrical.Ground ground;
+equation
+  connect(sv.p, a.p);
+  connect(cv.p, b.p);
+  connect(si_.n, c.p);
+  connect(ci.n, d.p);
+  connect(sv.n, cv.n, si_.p, ci.p, a.n, b.n, c.n, d.n, ground.p);
+""",
+        points=101,
     )
-    lines = "\n".join(
-        f"  connect({wave.lower()}{kind}.p, r{wave}{kind}.p);\n"
-        f"  connect({wave.lower()}{kind}.n, r{wave}{kind}.n, ground.p);"
-        for wave in ("Sine", "Cosine")
-        for kind in ("Voltage", "Current")
-    )
-    result = run(f"{sources}\n  electrical.Ground ground;\nequation\n{lines}", points=101)
     t = result.times
     phase = 2 * np.pi * (2 * t + 1.5 * t**2)
-    for wave, function in (("Sine", np.sin), ("Cosine", np.cos)):
-        expected = (1 + t) * function(phase)
-        assert values(result, f"r{wave}Voltage.v") == pytest.approx(expected, abs=1e-5)
-        assert values(result, f"r{wave}Current.v") == pytest.approx(-expected, abs=1e-5)
+    assert values(result, "a.v") == pytest.approx((1 + t) * np.sin(phase), abs=1e-5)
+    assert values(result, "b.v") == pytest.approx((1 + t) * np.cos(phase), abs=1e-5)
+    assert values(result, "c.v") == pytest.approx((1 + t) * np.sin(phase), abs=1e-5)
+    assert values(result, "d.v") == pytest.approx((1 + t) * np.cos(6 * np.pi * t), abs=1e-5)
 
 
 def test_power_supply_has_three_regions() -> None:
