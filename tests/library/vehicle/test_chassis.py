@@ -169,3 +169,37 @@ def test_power_balance_of_random_vehicles(seed: int) -> None:
     balance = values(result, "energy") - values(result, "work") + values(result, "lost")
     assert balance == pytest.approx(np.full_like(balance, balance[0]), abs=2e-6 * scale)
     assert np.ptp(values(result, "energy")) > 1e-3 * scale
+
+
+def test_planar_vehicle_from_a_body_and_two_wheels() -> None:
+    # The single-track vehicle built of planar parts moves as the one in the library.
+    parameters = """combined = CombinedSlip.Separate, R = 0.3, J = 1.5, load_constant = 6000,
+    fR0 = 0, fR1 = 0, fR4 = 0, relaxation = true, phi(fixed = true),
+    w(start = 20/0.3, fixed = true), u_x(fixed = true), u_y(fixed = true)"""
+    result = simulate(
+        f"""  inner mechanical.planar.PlanarWorld world(g = {{0, 0}});
+  mechanical.planar.Body body(m = 1200, I = 1500, r(start = {{0, 0}}, each fixed = true),
+    v(start = {{20, 0}}, each fixed = true), phi(fixed = true), w(fixed = true));
+  mechanical.planar.FixedTranslation ahead(r = {{1.2, 0}}), behind(r = {{-1.4, 0}});
+  mechanical.planar.FixedRotation steered(alpha = 0.03);
+  Wheel front({parameters}), rear({parameters});
+  SingleTrackChassis chassis(m = 1200, I_z = 1500, c_w = 0, v_x(start = 20, fixed = true),
+    x(fixed = true), y(fixed = true), psi(fixed = true), v_y(fixed = true), r(fixed = true));
+  Wheel frontOther({parameters}), rearOther({parameters});
+  blocks.Constant delta(k = 0.03);
+equation
+  connect(body.frame_a, ahead.frame_a, behind.frame_a);
+  connect(ahead.frame_b, steered.frame_a);
+  connect(steered.frame_b, front.hub);
+  connect(behind.frame_b, rear.hub);
+  connect(delta.y, chassis.delta);
+  connect(chassis.front, frontOther.hub);
+  connect(chassis.rear, rearOther.hub);
+""",
+        stop_time=2,
+        tolerance=1e-9,
+    )
+    for planar, single in (("body.r[1]", "x"), ("body.r[2]", "y"), ("body.phi", "psi")):
+        theirs = values(result, f"chassis.{single}")
+        assert values(result, planar) == pytest.approx(theirs, abs=2e-6)
+    assert values(result, "chassis.y")[-1] > 2
