@@ -28,6 +28,10 @@ _HOMES = {
     "compile_text": "acausal.compiler",
     "read_result": "acausal.results.files",
 }
+# Many runs, and runs that go on.
+_HOMES |= dict.fromkeys(("simulate_many", "sweep"), "acausal.runs.sweep")
+_HOMES |= {"Study": "acausal.runs.study"}
+_HOMES |= dict.fromkeys(("Snapshot", "read_snapshot"), "acausal.results.snapshot")
 # Models composed in Python.
 _HOMES |= dict.fromkeys(("Component", "Connector"), "acausal.compose.component")
 _HOMES |= {

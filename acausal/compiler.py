@@ -239,7 +239,7 @@ class Compiled:
             interval = self.system.experiment.interval
         request = Request(
             start_time, stop_time, tolerance, solver, points, interval, variables, progress,
-            max_step, continue_from,
+            max_step, None, continue_from,
         )  # fmt: skip
         return simulate(self.with_values(parameters or {}, start or {}).system, request)
 
@@ -260,7 +260,7 @@ class Compiled:
         Example:
             >>> heavier = compile_file("examples/pendulum.acm").with_values({"m": 2})
         """
-        from acausal.simulation.changed_values import ChangedValues, StructureChanges
+        from acausal.simulation.changed_values import StructureChanges
 
         if not parameters and not start:
             return self
@@ -268,17 +268,25 @@ class Compiled:
         given = {**before, **parameter_numbers(parameters)}
         starts = {**starts_before, **parameter_numbers(start or {})}
         stages = origin._all_stages()
-        assert stages.flattened is not None and stages.definition is not None
-        if origin._changes is None:
-            origin._changes = ChangedValues(stages.flattened, origin.system)
+        assert stages.definition is not None
         try:
-            system = origin._changes.system(given, starts)
+            system = origin.changed_values().system(given, starts)
         except StructureChanges:
             every = {**stages.given, **given}
             return _compiled(compile_class(stages.definition, every)).with_values({}, starts)
         result = Compiled(system, self.timings, self.warnings, stages, self._again)
         result._values_of = origin, given, starts
         return result
+
+    def changed_values(self) -> ChangedValues:
+        """Return what makes systems with other parameters and start values of this one."""
+        from acausal.simulation.changed_values import ChangedValues
+
+        if self._changes is None:
+            flattened = self._all_stages().flattened
+            assert flattened is not None
+            self._changes = ChangedValues(flattened, self.system)
+        return self._changes
 
     def _all_stages(self) -> Stages:
         """Return what the stages made, compiled once more if the model came from the cache."""

@@ -36,6 +36,7 @@ ORDER = (
     "inspection",
     "reference",
     "compiler",
+    "runs",
     "compose",
     "library",
     "cli",

@@ -24,7 +24,7 @@ def violations(system: System, segments: list[Segment], warned: set[int]) -> lis
 
     Args:
         system: The model.
-        segments: Stored points; those that keep only chosen variables cannot be checked.
+        segments: Stored points; those that keep only chosen variables were looked at before.
         warned: Numbers of assertions that were reported already; extended.
     """
     found: list[Diagnostic] = []

@@ -45,7 +45,7 @@ class ChangedValues:
     """
 
     def __init__(self, flattened: Flattened, system: System) -> None:
-        self._flattened = flattened
+        self._variables = flattened.model.variables
         self._system = system
         numbering = flattened.numbering
         self._names = NumberingNames(numbering)
@@ -68,6 +68,11 @@ class ChangedValues:
         for name, default in _STRUCTURAL:
             attribute_values(numbering, builder, own, name, default, steps=steps)
         return steps
+
+    @property
+    def of(self) -> System:
+        """The system that was compiled."""
+        return self._system
 
     def system(
         self, parameters: Mapping[str, float], start: Mapping[str, float] | None = None
@@ -138,7 +143,7 @@ class ChangedValues:
         if not len(moved):
             return system
         n = len(start)
-        flat = replace(self._flattened.model.variables, start=start)
+        flat = replace(self._variables, start=start)
         representative, sign = system.representative[:n], system.sign[:n]
         merged = merged_attributes(flat, representative, sign, self._names, None)
         every = system.variables.start.copy()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal.diagnostics import AcausalError, Severity, fail
+from acausal.diagnostics import AcausalError, Diagnostic, Severity, fail
 from acausal.flattening.model import Ids
 from acausal.results.result import Ending, Result
 from acausal.results.snapshot import Snapshot
@@ -57,6 +57,10 @@ def simulate(system: System, request: Request) -> Result:
         system.names, system.derivative, system.representative, system.sign, chosen
     )
     recorder = Recorder(chosen, trajectories.segments)
+    warned: set[int] = set()
+    remarks: list[Diagnostic] = []
+    if chosen is not None and system.assertions:
+        recorder.look = lambda segment: remarks.extend(violations(system, [segment], warned))
     run = Run(
         system, request, recorder, selector, tolerance, stop, begin.parameters, begin.relations
     )
@@ -68,8 +72,7 @@ def simulate(system: System, request: Request) -> Result:
         handler.resumed(snapshot.memory, not np.array_equal(begin.parameters, snapshot.parameters))
     run.record_here()
     recorder.flush()
-    warned: set[int] = set()
-    remarks = violations(system, trajectories.segments, warned)
+    remarks += violations(system, trajectories.segments, warned)
     if any(d.severity is Severity.ERROR for d in remarks):
         run.totals()
         raise AcausalError(remarks)
@@ -174,6 +177,8 @@ def _span(system: System, request: Request) -> tuple[float, float, float]:
 
 
 def _chosen(system: System, request: Request) -> Ids | None:
+    if request.kept is not None:
+        return np.array(sorted(request.kept), np.int64)
     if request.variables is None:
         return None
     ids: set[int] = set()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from struct import Struct
 
@@ -56,10 +57,12 @@ class Recorder:
     Attributes:
         chosen: Ids to keep, ascending, or None for everything.
         segments: The finished segments.
+        look: Sees every segment before variables that are not chosen are dropped.
     """
 
     chosen: Ids | None
     segments: list[Segment]
+    look: Callable[[Segment], None] | None = None
     _observer: Observer | None = None
     _times: list[Array | bytes] = field(default_factory=list)
     _y: list[Array | bytes] = field(default_factory=list)
@@ -122,9 +125,12 @@ class Recorder:
             values = np.frombuffer(b"".join(parts)).reshape(len(parts), len(parts[0]) // 8)
             held = Held(values, which)
             del self._held[:-1]
+        whole = Segment(self._observer, times, y, yp, None, held)
         if self.chosen is None:
-            self.segments.append(Segment(self._observer, times, y, yp, None, held))
+            self.segments.append(whole)
         else:
+            if self.look is not None:
+                self.look(whole)
             values = self._observer.values(self.chosen.tolist(), times, y, yp, held)
             empty = np.zeros((len(times), 0))
             self.segments.append(Segment(self._observer, times, empty, empty, values))

@@ -24,6 +24,7 @@ class Request:
         variables: Patterns of the variables to keep; None keeps everything.
         progress: Called with the time reached and the stop time.
         max_step: Largest step, seconds.
+        kept: Ids of the variables to keep; wins over ``variables``.
         continue_from: Where an earlier run stood.
     """
 
@@ -36,4 +37,5 @@ class Request:
     variables: Sequence[str] | None = None
     progress: Callable[[float, float], None] | None = None
     max_step: float = float("inf")
+    kept: tuple[int, ...] | None = None
     continue_from: Snapshot | None = None
