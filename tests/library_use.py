@@ -155,7 +155,7 @@ def _resolved(
         pattern = re.compile(r"([\w.]*)".join(pieces))
         for full in known:
             match = pattern.fullmatch(full)
-            if match and all(not g or g in words for g in match.groups()):
+            if match and all(not g or g.isdigit() or g in words for g in match.groups()):
                 yield full
 
 
