@@ -217,6 +217,8 @@ def freed_starts(
     is_derivative = np.zeros(after.n_variables, np.bool_)
     is_derivative[after.derivative[after.derivative >= 0]] = True
     freed = freed[~is_derivative[freed]]
+    if after.representative is not None:  # its derivative is that of another one now
+        freed = freed[after.representative[freed] == freed]
     if not len(freed):
         return after, ()
     fixed = variables.fixed.copy()

@@ -215,3 +215,24 @@ end Nothing;
 """
         )
     assert caught.value.diagnostics[0].code.startswith("S")
+
+
+def test_a_start_value_stays_with_the_variable_that_stands_for_another() -> None:
+    # Td = 0 makes w and v one variable, for which v stands: the fixed start of w is that of a state
+    # all the same.
+    compiled = compile_text("""
+model M
+  parameter Real J = 25, Td = 0;
+  Real w(start = 2, fixed = true), v(stateSelect = StateSelect.prefer), e, d, a, f;
+equation
+  f = Td*der(v);
+  v = w + f;
+  e = -w;
+  a = der(w);
+  J*a = 10*e;
+  d = v;
+end M;
+""")
+    assert not compiled.warnings
+    result = compiled.simulate(stop_time=1.0, tolerance=1e-9)
+    assert result["d"].values[-1] == pytest.approx(2 * np.exp(-10 / 25), rel=1e-6)
