@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from acausal import compile_file
-from tests.library.vehicle.running import DATA, simulate, values
+from tests.library.vehicle.running import DATA, magic_formula, simulate, values
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "single_track_vehicle.acm"
 REFERENCE = json.loads((DATA / "single_track_magic_formula.json").read_text())
@@ -203,3 +204,80 @@ equation
         theirs = values(result, f"chassis.{single}")
         assert values(result, planar) == pytest.approx(theirs, abs=2e-6)
     assert values(result, "chassis.y")[-1] > 2
+
+
+def scipy_vehicle(torque: float, brake: float, angle: float, v0: float, stop: float) -> Any:
+    """Integrate the whole vehicle, written down once more by hand; return v_x, v_y, r, w, w."""
+    m, inertia, l_f, l_r, h, radius, j = 1239.0, 1752.0, 1.19016, 1.37484, 0.5, 0.302, 3.0
+    g, length = 9.80665, 1.19016 + 1.37484
+
+    def tyre(u: Any, w: float, velocity: Any, load: float, b: float) -> Any:
+        kappa, alpha = u[0], np.arctan(u[1])
+        s_x, s_y = 12 * 1.65 * kappa, b * 1.3 * alpha
+        s = np.sqrt(s_x**2 + s_y**2 + 1e-12)
+        long = s_x / s * magic_formula(s / (12 * 1.65), 12, 1.65, load, 0.3)
+        side = s_y / s * magic_formula(s / (b * 1.3), b, 1.3, 0.7 * load, -0.5)
+        hold = max(0.03, magic_formula(s / (12 * 1.65), 12, 1.65, 1, 0.3) / s)
+        slip = velocity[0] - radius * w
+        rates = [
+            (-slip - abs(velocity[0]) * u[0]) / (0.15 * hold),
+            (-velocity[1] - abs(velocity[0]) * u[1]) / (0.4 * hold),
+        ]
+        x = velocity[0] * 3.6 / 100
+        rolling = radius * load * (0.009 + 0.002 * x + 0.0003 * x**4) * np.tanh(4 * radius * w)
+        return long, side, rates, rolling
+
+    def rates(_: float, z: Any) -> Any:
+        vx, vy, r, wf, wr = z[:5]
+        drag = 1.25 / 2 * 0.3 * 1.44 * vx * abs(vx)
+        c, s = np.cos(angle), np.sin(angle)
+        front = (c * vx + s * (vy + l_f * r), -s * vx + c * (vy + l_f * r))
+        a_x = 0.0
+        for _ in range(60):
+            load = m * (g * l_r - h * a_x) / length, m * (g * l_f + h * a_x) / length
+            xf, yf, uf, roll_f = tyre(z[5:7], wf, front, load[0], 10.96)
+            xr, yr, ur, roll_r = tyre(z[7:9], wr, (vx, vy - l_r * r), load[1], 12.67)
+            a_x = (c * xf - s * yf + xr - drag) / m
+        lateral = s * xf + c * yf
+        return [
+            a_x + vy * r,
+            (lateral + yr) / m - vx * r,
+            (l_f * lateral - l_r * yr) / inertia,
+            (-brake - radius * xf - roll_f) / j,
+            (torque - radius * xr - roll_r) / j,
+            *uf,
+            *ur,
+        ]
+
+    start = [v0, 0, 0, v0 / radius, v0 / radius, 0, 0, 0, 0]
+    times = np.linspace(0, stop, 41)
+    return solve_ivp(rates, (0, stop), start, "LSODA", times, rtol=1e-9, atol=1e-10).y[:5]
+
+
+@pytest.mark.parametrize(
+    ("torque", "brake", "angle"), [(300.0, 0.0, 0.02), (0.0, 900.0, -0.03), (900.0, 0.0, 0.06)]
+)
+def test_vehicle_against_an_independent_program(torque: float, brake: float, angle: float) -> None:
+    result = simulate(
+        f"""  SingleTrackVehicle car(chassis(v_x(start = 28, fixed = true), x(fixed = true),
+    y(fixed = true), psi(fixed = true), v_y(fixed = true), r(fixed = true)),
+    front(phi(fixed = true), w(start = 28/0.302, fixed = true), u_x(fixed = true),
+    u_y(fixed = true)), rear(phi(fixed = true), w(start = 28/0.302, fixed = true),
+    u_x(fixed = true), u_y(fixed = true)));
+  mechanical.rotational.ConstantTorque drive(tau_constant = {torque});
+  mechanical.rotational.ConstantTorque slow(tau_constant = {-brake});
+  blocks.Constant delta(k = {angle});
+equation
+  connect(drive.flange, car.shaft_rear);
+  connect(slow.flange, car.shaft_front);
+  connect(delta.y, car.delta);
+""",
+        stop_time=2,
+        tolerance=1e-9,
+        points=41,
+    )
+    expected = scipy_vehicle(torque, brake, angle, 28.0, 2.0)
+    names = ("chassis.v_x", "chassis.v_y", "chassis.r", "front.w", "rear.w")
+    for row, name in zip(expected, names, strict=True):
+        own = np.interp(np.linspace(0, 2, 41), result.times, values(result, f"car.{name}"))
+        assert own == pytest.approx(row, abs=1e-4 * max(1.0, np.max(np.abs(row)))), name
