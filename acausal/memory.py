@@ -16,4 +16,9 @@ def no_garbage_collection() -> Iterator[None]:
         yield
     finally:
         if enabled:
+            # All that is new is moved to the oldest generation, or the next collection of young
+            # objects would go through it at once.
+            if not gc.get_freeze_count():
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()

@@ -17,7 +17,6 @@ from acausal.compose.parts import Ref as Reference
 from acausal.compose.symbols import Literal
 from acausal.diagnostics import Label, Span, fail
 from acausal.instantiation.merge import merge, primitive_type, type_of
-from acausal.memory import no_garbage_collection
 from acausal.modeling.classes import Builtin, ClassDef, FileScope
 from acausal.modeling.library import Root, standard_library
 from acausal.syntax import tree
@@ -36,8 +35,7 @@ def model_definition(model: Component) -> ClassDef:
     Raises:
         AcausalError: For parts that cannot be written where they are used.
     """
-    with no_garbage_collection():
-        return Assembly(model).result
+    return Assembly(model).result
 
 
 def model_text(model: Component) -> str:
@@ -232,6 +230,8 @@ class _Definition:
         self.assembly = assembly
         self.self = part
         self.cls: ComponentType = type(part)
+        #: Parts of names, by place and name.
+        self.name_parts: dict[tuple[int, str], tree.NamePart] = {}
 
     def class_reference(self, what: object, span: Span) -> tree.Reference:
         """Return the name of a class."""
@@ -313,16 +313,25 @@ class _Definition:
     def _connects(self) -> list[tree.Equation]:
         result: list[tree.Equation] = []
         for cuts, span in self.self._connections or ():
-            found = tuple(
-                [
-                    reference(c, self, span)
-                    if isinstance(c, Reference)
-                    else part_reference(c, self, span)
-                    for c in cuts
-                ]
-            )
+            found = tuple([self._cut(c, span) for c in cuts])
             result.append(tree.ConnectEquation(span, "", found))
         return result
+
+    def _cut(self, cut: Any, span: Span) -> tree.Reference:
+        """Return a cut as syntax; the usual one, without subscripts, in a hurry."""
+        if not isinstance(cut, Reference):
+            return part_reference(cut, self, span)
+        root, steps = cut._root, cut._steps
+        if root._owner is not self.self or len(steps) != 1 or steps[0][1] or not steps[0][0]:
+            return reference(cut, self, span)
+        known, place = self.name_parts, id(span)
+        found = []
+        for name in (root._name, steps[0][0]):
+            part = known.get((place, name))
+            if part is None:
+                part = known[place, name] = tree.NamePart(span, name)
+            found.append(part)
+        return tree.Reference(span, tuple(found))
 
     def _extends(self, base: ClassDef) -> tree.ExtendsClause:
         span = self.self._span

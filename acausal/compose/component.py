@@ -8,11 +8,11 @@ from typing import Any, ClassVar, NoReturn, cast
 
 from acausal.compose.declarations import Declaration, shape_of
 from acausal.compose.equations import equations_of
-from acausal.compose.kinds import Kind, PythonKind, text_kind
+from acausal.compose.kinds import Kind, PythonKind, TextKind, text_kind
 from acausal.compose.mistakes import unknown_name
 from acausal.compose.modifiers import Pending, modifier
 from acausal.compose.names import RESERVED, check_name
-from acausal.compose.parts import Part, Ref, adopt, describe, modify, no_member
+from acausal.compose.parts import Part, Ref, adopt, describe, modify, no_member, single_step
 from acausal.compose.places import here
 from acausal.compose.symbols import Equality, Invocation, Literal, Operation, Symbolic
 from acausal.diagnostics import Label, Span, fail
@@ -28,6 +28,8 @@ class ComponentType(type):
 
     #: The class of the library, if this is one.
     _definition: ClassDef | None
+    #: What is known about it.
+    _text_kind: TextKind | None
     #: Classes of the library that it extends.
     _text_bases: tuple[ClassDef, ...]
     #: Parts declared in the class body and in those of its Python bases.
@@ -62,8 +64,9 @@ class ComponentType(type):
                 dynamic = dynamic or own.get("_dynamic", False)
         if namespace.get("_definition") is not None:
             text_bases = {namespace["_definition"]: None}
+            cls._text_kind = text_kind(namespace["_definition"])
         else:
-            cls._definition = None
+            cls._definition = cls._text_kind = None
         cls._text_bases = tuple(text_bases)
         cls._dynamic = dynamic or (
             not foundation and ("build" in namespace or "__init__" in namespace)
@@ -154,6 +157,7 @@ class Component(Part, metaclass=ComponentType):
     __slots__ = ("_connections", "_equations", "_frozen", "_initials", "_parts", "_passed")
 
     _definition: ClassVar[ClassDef | None] = None
+    _text_kind: ClassVar[TextKind | None] = None
     _text_bases: ClassVar[tuple[ClassDef, ...]] = ()
     _declared: ClassVar[dict[str, Part]] = {}
     _overrides: ClassVar[dict[str, tuple[Any, Span]]] = {}
@@ -235,8 +239,8 @@ class Component(Part, metaclass=ComponentType):
     @property
     def _kind(self) -> Kind:
         cls = type(self)
-        if cls._definition is not None:
-            return text_kind(cls._definition)
+        if cls._text_kind is not None:
+            return cls._text_kind
         return PythonKind(cls, self._parts, self._class_title)
 
     @property
@@ -262,7 +266,7 @@ class Component(Part, metaclass=ComponentType):
         member = kind.member(name)
         if member is None:
             no_member(kind, name)
-        return Ref(self, ((name, ()),), member, len(self._shape))
+        return Ref(self, single_step(name), member, len(self._shape))
 
     def __setattr__(self, name: str, value: Any) -> None:
         if isinstance(value, Part) and name[0] != "_":
@@ -410,7 +414,8 @@ class Component(Part, metaclass=ComponentType):
         for other in cuts[1:]:
             if not isinstance(other, Ref | Component):
                 _no_cut(other, span)
-            if other._kind is not kind:
+            own = other._kind
+            if own is not kind and (kind, own) not in _alike:
                 if not other._kind.is_connector:
                     _no_cut(other, span)
                 check_alike(first, other, span)

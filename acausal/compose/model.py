@@ -127,12 +127,14 @@ class Model(Component):
         """
         from acausal.compiler import compile_definition
         from acausal.compose.assembly import model_definition
+        from acausal.memory import no_garbage_collection
 
         key = tuple(sorted((parameters or {}).items()))
         if key not in self._compiled:
-            definition = model_definition(self)
             try:
-                self._compiled[key] = compile_definition(definition, parameters)
+                with no_garbage_collection():
+                    definition = model_definition(self)
+                    self._compiled[key] = compile_definition(definition, parameters)
             except AcausalError as error:
                 raise in_terms_of_python(error, self._model_name) from None
             if self._frozen is None:

@@ -81,6 +81,23 @@ def modifier(kind: Kind, name: str, value: Any, array: int, span: Span) -> Modif
     Raises:
         AcausalError: ``N103`` for an unknown name, and for all mistakes in values.
     """
+    usual = type(value) is float or type(value) is int or type(value) is bool
+    if usual:
+        known = _known.get((id(span), name, type(value), value or repr(value), array))
+        if known is not None and known[0] is span and known[1] is kind:
+            return known[2]
+    made = _modifier(kind, name, value, array, span)
+    if usual and len(_known) < _MOST_KNOWN and isinstance(made, Modifier):
+        _known[id(span), name, type(value), value or repr(value), array] = (span, kind, made)
+    return made
+
+
+#: Modifiers by place, name and number: loops make the same ones again and again.
+_known: dict[tuple[Any, ...], tuple[Span, Kind, Modifier]] = {}
+_MOST_KNOWN = 5000
+
+
+def _modifier(kind: Kind, name: str, value: Any, array: int, span: Span) -> Modifier | Pending:
     member = kind.member(name)
     if member is None:
         if name.endswith("_") and kind.member(name[:-1]) is not None:
@@ -127,7 +144,19 @@ def _attribute(
     if name not in ATTRIBUTES:
         unknown_name("N103", f"{owner} has no attribute {name}", span, name, ATTRIBUTES,
                      f"a variable has {', '.join(ATTRIBUTES)}")  # fmt: skip
-    return attribute_modifier(name, value, depth, span, member)
+    usual = type(value) is float or type(value) is int or type(value) is bool
+    if usual:
+        known = _known.get((id(span), owner, name, type(value), value or repr(value), depth))
+        if known is not None and known[0] is span and known[1] is member.kind:
+            return known[2]
+    made = attribute_modifier(name, value, depth, span, member)
+    if usual and len(_known) < _MOST_KNOWN and isinstance(made, Modifier):
+        _known[id(span), owner, name, type(value), value or repr(value), depth] = (
+            span,
+            member.kind,
+            made,
+        )
+    return made
 
 
 def attribute_modifier(

@@ -55,7 +55,7 @@ class Part(Symbolic):
         """Return the part of an instance, where the part is declared in a class."""
         if instance is None:
             return self
-        return Ref(instance, ((self._name, ()),), self._member)
+        return Ref(instance, single_step(self._name), self._member)
 
     @property
     def _kind(self) -> Kind:
@@ -201,6 +201,17 @@ _set_root = cast(Any, Ref.__dict__["_root"]).__set__
 _set_steps = cast(Any, Ref.__dict__["_steps"]).__set__
 _set_member = cast(Any, Ref.__dict__["_member"]).__set__
 _set_above = cast(Any, Ref.__dict__["_above"]).__set__
+
+
+def single_step(name: str) -> Steps:
+    """Return the step to a member; shared, as models made by programs have many of few names."""
+    found = _single_steps.get(name)
+    if found is None:
+        found = _single_steps[name] = ((name, ()),)
+    return found
+
+
+_single_steps: dict[str, Steps] = {}
 
 
 def no_member(kind: Kind, name: str) -> NoReturn:

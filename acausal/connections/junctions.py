@@ -21,7 +21,7 @@ from acausal.connections.components import connected_components
 from acausal.diagnostics import fail
 from acausal.instantiation.connects import cut_leaves
 from acausal.instantiation.numbering import Ids, Numbering
-from acausal.instantiation.template import Domain, Ref, Step, Template
+from acausal.instantiation.template import ConnectDecl, Domain, Ref, Step, Template
 from acausal.instantiation.values import indices
 
 Leaf = tuple[tuple[str, ...], int, bool]
@@ -104,6 +104,11 @@ def _edges(numbering: Numbering, offsets: dict[int, int]) -> Ids:
         if not group.count:
             continue
         for connect in group.template.connects:
+            if not connect.domain.names:
+                ends_ = _single_ends(numbering, group.template, connect, offsets)
+                if ends_ is not None:
+                    single += [(ends_[0], other) for other in ends_[1:]]
+                    continue
             size = (group.count, connect.domain.length)
             ends = []
             for cut in connect.cuts:
@@ -129,6 +134,19 @@ def _edges(numbering: Numbering, offsets: dict[int, int]) -> Ids:
     if single:
         found.append(np.array(single, np.int64))
     return np.concatenate(found) if found else np.zeros((0, 2), np.int64)
+
+
+def _single_ends(
+    numbering: Numbering, template: Template, connect: ConnectDecl, offsets: dict[int, int]
+) -> list[int] | None:
+    """Return the faces that a connection joins, if each is one by itself; None otherwise."""
+    result: list[int] = []
+    for cut in connect.cuts:
+        found = None if cut.outer else numbering.single_instance(template, cut.path)
+        if found is None:
+            return None
+        result.append(2 * (offsets[found[0].number] + found[1]) + cut.inner_face)
+    return result
 
 
 def _interfaces(

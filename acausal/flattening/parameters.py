@@ -7,6 +7,7 @@ operands are known, again and again until nothing is left; what is left then dep
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,9 +65,7 @@ def parameter_values(
         known[ids] = claimed[ids] = True
     pending: list[Step] = []
     starts: list[tuple[Template, BindingDecl]] = []
-    for template, binding in _outermost_first(numbering):
-        if not binding.target.parameter:
-            continue
+    for template, binding in _outermost_first(numbering, True, ("value", "start", "fixed")):
         if binding.attribute == "fixed" and binding.value is ZERO:
             fail("E004", f"{binding.target.name} is a parameter with fixed = false", binding.span,
                  label="it would have to be found at the start of the simulation",
@@ -75,6 +74,12 @@ def parameter_values(
             starts.append((template, binding))
         if binding.attribute == "value":
             if _is_number(binding.value):
+                single = numbering.single_id(template, binding.target, binding.domain)
+                if single is not None:
+                    if not claimed[single]:
+                        claimed[single] = known[single] = True
+                        values[single] = binding.value.value
+                    continue
                 free = _free(numbering, template, binding, claimed)
                 values[free], known[free] = number_of(binding.value), True
                 continue
@@ -99,19 +104,28 @@ def parameter_values(
     return values
 
 
-def _outermost_first(numbering: Numbering) -> list[tuple[Template, BindingDecl]]:
+def _outermost_first(
+    numbering: Numbering, parameters: bool, attributes: tuple[str, ...]
+) -> list[tuple[Template, BindingDecl]]:
+    """Return the bindings of attributes of parameters or of variables, strong ones first."""
+    sorted_ = numbering.bindings
+    if not sorted_:
+        for group in reversed(numbering.groups):
+            if group.count:
+                template = group.template
+                for binding in template.bindings:
+                    key = (binding.target.parameter, binding.attribute, binding.weak)
+                    sorted_.setdefault(key, []).append((template, binding))
     return [
-        (group.template, binding)
+        pair
         for weak in (False, True)
-        for group in reversed(numbering.groups)
-        if group.count
-        for binding in group.template.bindings
-        if binding.weak == weak
+        for attribute in attributes
+        for pair in sorted_.get((parameters, attribute, weak), ())
     ]
 
 
 def _is_number(value: Expr) -> bool:
-    return value.op == "const" and not np.isnan(number_of(value))
+    return value.op == "const" and not math.isnan(number_of(value))
 
 
 def _free(
@@ -252,10 +266,15 @@ def attribute_values(
     values = np.full(n, default)
     claimed = np.zeros(n, np.bool_)
     given = np.zeros(n, np.bool_)
-    for template, binding in _outermost_first(numbering):
-        if binding.attribute != attribute or binding.target.parameter != parameter_targets:
-            continue
+    for template, binding in _outermost_first(numbering, parameter_targets, (attribute,)):
         if _is_number(binding.value):
+            single = numbering.single_id(template, binding.target, binding.domain)
+            if single is not None:
+                if not claimed[single]:
+                    claimed[single] = True
+                    values[single] = binding.value.value
+                    given[single] |= not binding.weak
+                continue
             free = _free(numbering, template, binding, claimed)
             values[free] = number_of(binding.value)
             given[free] |= not binding.weak

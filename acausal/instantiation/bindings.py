@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 _NUMERIC = ("start", "fixed", "min", "max", "nominal", "stateSelect")
 _WITHOUT_UNIT = ("fixed", "stateSelect")
+_EVERYWHERE = Domain()
 
 
 def bind_value(builder: TemplateBuilder, element: Element, kind: PrimitiveType) -> None:
@@ -157,7 +158,7 @@ def _bind_path(
     if attribute == "value":
         if is_variable and (child.name, *change.path) in builder.environment.bound:
             return
-        if any(change.path[:k] in done for k in range(len(change.path))):
+        if len(done) > 1 and any(change.path[:k] in done for k in range(len(change.path))):
             return  # the record it is a field of is set from further outside
     _set(builder, steps, declaration, attribute, value, change, text,
          parameter=not is_variable)  # fmt: skip
@@ -216,8 +217,19 @@ def _set(
     template = builder.template
     if parameter is None:
         parameter = not steps and declaration.name in template.parameters
-    full = tuple(n for _, shape in steps for n in shape) + declaration.shape
+    full = tuple([n for _, shape in steps for n in shape]) + declaration.shape
     _check_type(value, declaration, attribute, change, _enumeration(template, steps, declaration))
+    if not full and not value.shape and (attribute != "value" or parameter):
+        # A number for a scalar, as circuits made by programs have in masses.
+        unit_free = isinstance(value.unit, str) or attribute in _WITHOUT_UNIT
+        expression = value.expr
+        if unit_free and expression.op == "const" and value.text is None:
+            path = tuple([Step(n) for n, _ in steps])
+            target = Ref(path, declaration.name, (), parameter)
+            template.bindings.append(
+                BindingDecl(target, attribute, expression, _EVERYWHERE, change.span, weak)
+            )
+            return
     value = _fitting(value, full, declaration, attribute, change)
     if attribute not in _WITHOUT_UNIT:
         unit: UnitOf = None
@@ -234,7 +246,9 @@ def _set(
         free = iter(index)
         path = tuple(Step(n, tuple(next(free) for _ in shape)) for n, shape in steps)
         ref = Ref(path, declaration.name, tuple(free), parameter)
-        said = text + format_expression(change.value)
+        said = ""
+        if attribute == "value" and not parameter:
+            said = text + format_expression(change.value)
         for part, expression in split_by_indices(domain, value.get(index)):
             if attribute != "value" or parameter:
                 _no_events(expression, declaration, attribute, change)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from acausal.diagnostics import Label, Span, fail
 from acausal.diagnostics.suggest import nearest
@@ -15,6 +16,9 @@ from acausal.instantiation.template import ConnectDecl, CutRef, Domain, Step, Te
 from acausal.instantiation.values import Index, Value
 from acausal.syntax import tree
 from acausal.units.unit import parse_unit
+
+if TYPE_CHECKING:
+    from acausal.instantiation.elaborate import TemplateBuilder
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,8 @@ def add_connect(
     if sink.initial:
         fail("C104", "connect does not belong into initial equations", equation.span,
              help="move it to the equation section")  # fmt: skip
+    if env.builder is not None and _add_plain(equation, domain, env.builder, sink):
+        return
     found = [cut_named(reference, env) for reference in equation.cuts]
     cuts = [c for c in found if c is not None]
     if len(cuts) < 2:
@@ -68,6 +74,45 @@ def add_connect(
         sink.connects.append(ConnectDecl(tuple(c.at(index) for c in cuts), domain_, equation.span))
 
     over_elements(first.shape, emit, domain)
+
+
+def _add_plain(
+    equation: tree.ConnectEquation, domain: Domain, builder: TemplateBuilder, sink: Sink
+) -> bool:
+    """Add a connection of cuts without subscripts, as circuits made by programs have in masses.
+
+    Returns:
+        False if there is anything unusual about it; then nothing has been done.
+    """
+    cuts: list[CutRef] = []
+    first: Template | None = None
+    for reference in equation.cuts:
+        template = builder.template
+        steps: list[Step] = []
+        for part in reference.parts:
+            child = template.children.get(part.name)
+            if child is None or part.subscripts or child.shape:
+                return False
+            if steps and template.is_connector:
+                return False
+            step = _steps.get(part.name)
+            if step is None:
+                step = _steps.setdefault(part.name, Step(part.name))
+            steps.append(step)
+            template = child.template
+        if not template.is_connector:
+            return False
+        if first is None:
+            first = template
+        elif template is not first and template.number not in first.alike:
+            return False
+        cuts.append(CutRef(tuple(steps), "", len(steps) == 1))
+    sink.connects.append(ConnectDecl(tuple(cuts), domain, equation.span))
+    return True
+
+
+#: Steps without subscripts, by name; cleared when there are very many.
+_steps: dict[str, Step] = {}
 
 
 def cut_named(reference: tree.Reference, env: ClassEnvironment) -> Cut | None:

@@ -156,6 +156,8 @@ class TemplateBuilder:
         #: Elements declared ``inner``; a class of many components looks for them once.
         self._inner = [e for e in self.merged.elements.values() if e.has("inner")]
         self._declared: set[str] = set()
+        #: Templates of components whose modifications decide nothing, by class and paths.
+        self._usual: dict[tuple[ClassDef, tuple[Path, ...]], Template] = {}
         self._active: list[str] = []
         #: Signals by what they are made of.
         self.signal_numbers: dict[Hashable, int] = {}
@@ -319,6 +321,15 @@ class TemplateBuilder:
                  label="a partial class has no complete equations",
                  help="use a class that extends it")  # fmt: skip
         shape = self._shape(element, None)
+        # A class of many components has many of one class, modified at the same places.
+        usual = (definition, tuple([m.path for m in element.modifications]))
+        plain = not (self.environment.values or self.environment.bound or self._inner or shape)
+        if plain and not element.declaration.prefixes and usual in self._usual:
+            self.template.children[name] = Child(
+                name, shape, self._usual[usual], element.declaration.span, False,
+                element.declaration.description, element.declaration.public,
+            )  # fmt: skip
+            return
         outside, bound_outside = self.environment.below(name)
         values: dict[Path, Value] = {}
         bound: set[Path] = set()
@@ -343,6 +354,8 @@ class TemplateBuilder:
             parameters,
         )
         template = self.elaborator.template(definition, environment, element)
+        if plain and not values and definition.kind != "record":
+            self._usual[usual] = template
         self.template.children[name] = Child(
             name, shape, template, element.declaration.span, element.has("inner"),
             element.declaration.description, element.declaration.public,

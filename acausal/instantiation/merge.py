@@ -340,6 +340,12 @@ def type_of(element: Element) -> ClassDef | Builtin:
         AcausalError: ``N101`` if there is none, ``N110`` if the name means something else.
     """
     declaration = element.declaration
+    known = element.owner.known_types
+    names = tuple([p.name for p in declaration.type_name.parts])
+    if declaration.type_name.absolute:
+        names = ("", *names)
+    if names in known:
+        return known[names]
     found = lookup(element.owner, declaration.type_name, skip_components=True)
     if not isinstance(found, (ClassDef, Builtin)):
         fail(
@@ -355,4 +361,5 @@ def type_of(element: Element) -> ClassDef | Builtin:
             declaration.type_name.span,
             help="name a model, block, connector, record or type",
         )
+    known[names] = found
     return found

@@ -18,7 +18,7 @@ from acausal.expressions.build import number_of
 from acausal.expressions.nodes import Expr
 from acausal.expressions.traverse import slots
 from acausal.instantiation.domain import checked, over
-from acausal.instantiation.template import Domain, Ref, Step, Template, VariableDecl
+from acausal.instantiation.template import BindingDecl, Domain, Ref, Step, Template, VariableDecl
 
 Ids = NDArray[np.int64]
 
@@ -90,6 +90,8 @@ class Numbering:
         self.groups = [Group(t) for t in templates]
         self._child_first: dict[tuple[int, str], int] = {}
         self._outer: dict[tuple[int, str], Ids] = {}
+        #: Bindings by parameter or not, attribute, and weakness, outermost first; made when asked.
+        self.bindings: dict[tuple[bool, str, bool], list[tuple[Template, BindingDecl]]] = {}
         self.groups[-1].count = 1
         for group in reversed(self.groups):
             self._place_children(group)
@@ -102,6 +104,10 @@ class Numbering:
         self._number_scalars()
         self.n_declared = self.n_variables
         self._number_derivatives()
+
+    def __getstate__(self) -> dict[str, object]:
+        """Return what paths are made of; bindings have done their work when a model is stored."""
+        return {**self.__dict__, "bindings": {}}
 
     def _place_children(self, group: Group) -> None:
         if not group.count:
@@ -200,7 +206,7 @@ class Numbering:
         """
         number = template.number
         if self.groups[number].count == 1 and not domain.names and not outer:
-            # Components declared one by one meet here: plain numbers are much faster.
+            # Elements of arrays that are connected one by one: plain numbers are faster.
             single = 0
             for step in path:
                 child = template.children[step.name]
@@ -218,6 +224,43 @@ class Numbering:
             here = first + here * child.size + linear(step.index, child.shape, domain)
             template = child.template
         return template, here
+
+    def single_instance(
+        self, template: Template, path: tuple[Step, ...]
+    ) -> tuple[Template, int] | None:
+        """Return the only instance at the end of a path from the only instance of a class.
+
+        None if there is an array on the way, or more instances of the class.
+        """
+        if self.groups[template.number].count != 1:
+            return None
+        here = 0
+        for step in path:
+            child = template.children[step.name]
+            if child.shape:
+                return None
+            here += self._child_first.get((template.number, step.name), 0)
+            template = child.template
+        return template, here
+
+    def single_id(self, template: Template, ref: Ref, domain: Domain) -> int | None:
+        """Return the id of a scalar of the only instance of a class, found without arrays.
+
+        None for anything else: arrays, loops, ``outer`` references, classes with more instances.
+        """
+        if domain.names or ref.outer or ref.index:
+            return None
+        found = self.single_instance(template, ref.path)
+        if found is None:
+            return None
+        template, here = found
+        if ref.parameter:
+            declaration = template.parameters[ref.name]
+            first = self._parameter_first[template.number, ref.name]
+        else:
+            declaration = template.variables[ref.name]
+            first = self._variable_first[template.number, ref.name, ref.order]
+        return None if declaration.shape else first + here
 
     def ids(self, template: Template, ref: Ref, domain: Domain) -> Ids:
         """Return the ids of a reference, instance by instance, pass by pass.

@@ -103,6 +103,10 @@ class TableEntry:
         return np.frombuffer(self.data, np.float64).reshape(self.shape)
 
 
+_NO_LOOPS: NDArray[np.float64] = np.zeros((0, 1))
+_NO_LOOPS.flags.writeable = False
+
+
 @dataclass(frozen=True)
 class Domain:
     """The values of the loop indices of an equation, a row for each pass of the loops.
@@ -114,7 +118,7 @@ class Domain:
     """
 
     names: tuple[str, ...] = ()
-    values: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 1)))
+    values: NDArray[np.float64] = field(default_factory=lambda: _NO_LOOPS)
 
     @property
     def length(self) -> int:

@@ -71,6 +71,8 @@ class ClassDef:
         self.tree = definition
         self._parent = parent
         self._searching = False
+        #: What names of types mean in it: models of many components ask for few again and again.
+        self.known_types: dict[tuple[str, ...], ClassDef | Builtin] = {}
 
     def __repr__(self) -> str:
         return f"ClassDef({self.full_name})"
