@@ -101,7 +101,7 @@ class Alternatives:
         shapes: All blocks, by shape.
         monitored: For each shape which of its blocks have a choice that can become a bad one,
             shape ``(b,)``. A choice whose Jacobian is constant stays as good as it is.
-        nominal: Square root of the nominal value of the variable of each entry; scales columns.
+        nominal: Nominal value of the variable of each entry, which scales columns.
         wishes: :class:`StateSelect` of each id.
     """
 
@@ -199,9 +199,7 @@ def select_states(
     wishes[: state_select.shape[0]] = state_select
     scale = np.ones(n)
     if nominal is not None:
-        # Half way, in orders of magnitude, between SI units and nominal values: a telescope
-        # whose nominal displacement is 0.1 mm would else be a state next to its dead centre.
-        scale[: nominal.shape[0]] = np.sqrt(nominal)
+        scale[: nominal.shape[0]] = nominal
     if constant is None:
         constant = np.zeros(entries.rows.shape[0], np.bool_)
     shapes = _shapes(entries, offsets, _ranks(chains, offsets, wishes))
