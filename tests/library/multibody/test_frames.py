@@ -19,27 +19,32 @@ def evaluate(declarations: str) -> object:
     return compile_text(text).simulate(stop_time=1, points=2)
 
 
-@pytest.mark.parametrize("sequence", SEQUENCES)
-def test_angles_of_rotations_in_all_sequences(sequence: tuple[int, int, int]) -> None:
-    angles = (0.5, -0.8 if sequence[0] != sequence[2] else 0.8, 2.5)
-    axes = "{" + ", ".join(map(str, sequence)) + "}"
-    given_angles = "{" + ", ".join(map(str, angles)) + "}"
-    result = evaluate(
-        f"  Orientation R = axesRotations({axes}, {given_angles}, {{0.1, 0.2, 0.3}});\n"
-        f"  Real found[3] = axesRotationsAngles(R, {axes});\n"
-        f"  Real main[3] = rotationAngles(R, {axes});\n"
-        f"  Real far[3] = axesRotationsAngles(R, {axes}, 3.0);\n"
-        f"  Orientation again = axesRotations({axes}, far, zeros(3));\n"
-    )
-    expected = np.eye(3)
-    for axis, value in zip(sequence, angles, strict=True):
-        expected = turn(axis, value) @ expected
-    assert matrix(result, "R.T")[:, :, 0] == pytest.approx(expected, abs=1e-12)
-    assert vector(result, "found")[:, 0] == pytest.approx(angles, abs=1e-12)
-    assert vector(result, "main")[:, 0] == pytest.approx(angles, abs=1e-12)
-    # the other solution begins opposite
-    assert abs(vector(result, "far")[0, 0]) == pytest.approx(np.pi - 0.5, abs=1e-12)
-    assert matrix(result, "again.T")[:, :, 0] == pytest.approx(expected, abs=1e-12)
+def test_angles_of_rotations_in_all_sequences() -> None:
+    wanted, lines = {}, []
+    for n, sequence in enumerate(SEQUENCES):
+        # the second angle is in -pi/2..pi/2, or in 0..pi if first and third axis are the same
+        angles = (0.5, -0.8 if sequence[0] != sequence[2] else 0.8, 2.5)
+        wanted[n] = angles
+        axes = "{" + ", ".join(map(str, sequence)) + "}"
+        given_angles = "{" + ", ".join(map(str, angles)) + "}"
+        lines += [
+            f"  Orientation R{n} = axesRotations({axes}, {given_angles}, {{0.1, 0.2, 0.3}});\n",
+            f"  Real found{n}[3] = axesRotationsAngles(R{n}, {axes});\n",
+            f"  Real main{n}[3] = rotationAngles(R{n}, {axes});\n",
+            f"  Real far{n}[3] = axesRotationsAngles(R{n}, {axes}, 3.0);\n",
+            f"  Orientation again{n} = axesRotations({axes}, far{n}, zeros(3));\n",
+        ]
+    result = evaluate("".join(lines))
+    for n, angles in wanted.items():
+        expected = np.eye(3)
+        for axis, value in zip(SEQUENCES[n], angles, strict=True):
+            expected = turn(axis, value) @ expected
+        assert matrix(result, f"R{n}.T")[:, :, 0] == pytest.approx(expected, abs=1e-12)
+        assert vector(result, f"found{n}")[:, 0] == pytest.approx(angles, abs=1e-12)
+        assert vector(result, f"main{n}")[:, 0] == pytest.approx(angles, abs=1e-12)
+        # the other solution begins opposite
+        assert abs(vector(result, f"far{n}")[0, 0]) == pytest.approx(np.pi - 0.5, abs=1e-12)
+        assert matrix(result, f"again{n}.T")[:, :, 0] == pytest.approx(expected, abs=1e-12)
 
 
 def test_angular_velocity_is_the_derivative_of_the_matrix() -> None:
@@ -95,17 +100,21 @@ def test_relations_between_two_orientations(a: tuple[float, ...], b: tuple[float
     assert matrix(result, "R_rel.T")[:, :, 0] == pytest.approx(second_T @ first_T.T, abs=1e-12)
 
 
-@pytest.mark.parametrize("axis", [1, 2, 3])
-@pytest.mark.parametrize("value", [0.3, -2.0, 3.1])
-def test_the_error_of_a_turn_tells_axis_and_angle(axis: int, value: float) -> None:
+def test_the_error_of_a_turn_tells_axis_and_angle() -> None:
+    turns = [(axis, value) for axis in (1, 2, 3) for value in (0.3, -2.0, 3.1)]
     result = evaluate(
-        "  Orientation R1 = axesRotations({1, 2, 3}, {0.4, 0.5, 0.6}, zeros(3));\n"
-        f"  Orientation R2 = absoluteRotation(R1, axisRotation({axis}, {value}, 0));\n"
-        "  Real error[3] = orientationError(R1, R2);\n"
+        "  Orientation R = axesRotations({1, 2, 3}, {0.4, 0.5, 0.6}, zeros(3));\n"
+        + "".join(
+            f"  Real error{n}[3] = orientationError("
+            f"R, absoluteRotation(R, axisRotation({axis}, {value}, 0)));\n"
+            for n, (axis, value) in enumerate(turns)
+        )
     )
-    expected = np.zeros(3)
-    expected[axis - 1] = 2 * np.tan(value / 2)
-    assert vector(result, "error")[:, 0] == pytest.approx(expected, rel=1e-11, abs=1e-11)
+    for n, (axis, value) in enumerate(turns):
+        expected = np.zeros(3)
+        expected[axis - 1] = 2 * np.tan(value / 2)
+        found = vector(result, f"error{n}")[:, 0]
+        assert found == pytest.approx(expected, rel=1e-11, abs=1e-11)
 
 
 def test_axes_from_two_directions() -> None:
