@@ -15,6 +15,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from acausal.memory import no_garbage_collection
+
 if TYPE_CHECKING:
     import networkx
 
@@ -68,6 +70,7 @@ class Stages:
         _log.info("%s: %.4f s", stage, self.timings[stage])
 
 
+@no_garbage_collection()
 def compile_class(
     definition: ClassDef,
     parameters: Mapping[str, float] | None = None,
@@ -92,7 +95,6 @@ def compile_class(
     from acausal.events.lowering import lower_events
     from acausal.flattening.flatten import flatten
     from acausal.flattening.open_inputs import refuse_open_inputs
-    from acausal.memory import no_garbage_collection
     from acausal.simulation.build import build_system
     from acausal.structural.differentiate import differentiate
     from acausal.structural.incidence import chains_of, incidence_of
@@ -101,9 +103,9 @@ def compile_class(
     stages = Stages() if stages is None else stages
     stages.definition = definition
     stages.given = dict(parameters or {})
-    with stages.timed("instantiate"), no_garbage_collection():
+    with stages.timed("instantiate"):
         stages.templates, given = instantiate_rooted(definition, dict(parameters or {}))
-    with stages.timed("flatten"), no_garbage_collection():
+    with stages.timed("flatten"):
         flattened = stages.flattened = flatten(stages.templates, given)
         refuse_open_inputs(flattened)
         refuse_floating(flattened)
