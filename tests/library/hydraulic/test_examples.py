@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from acausal import compile_file
+from acausal import compile_file, compile_text
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
@@ -85,3 +85,42 @@ def test_hydrostatic_drive_loses_power_but_gains_none() -> None:
     # Coasting, the check valve feeds it, and the load slows down.
     assert w[-1] < 0.5 * w.max()
     assert values(result, "motor.portA.p")[-1] == pytest.approx(101325, rel=0.8)
+
+
+def test_duty_cycle_loads_and_drives() -> None:
+    result = compile_text("""import hydraulic.*;
+model Duty
+  inner Oil oil;
+  ConstVolumeSource pump(q = 6e-4);
+  ReliefValve relief(dp_relief = 20e6);
+  VolumeClosed line(V = 1e-3, p(start = 20e6, fixed = true));
+  OpenTank tank;
+  V4_3CC valve(q_nom = 5e-4, dp_nom = 1e6, bandwidth = 50);
+  DoubleActingCylinder cylinder(boreDiameter = 63e-3, rodDiameter = 36e-3, strokeLength = 0.5,
+    damping = 1e4, closedLength = 0.6, cylinderChamberHead(p(start = 5e6, fixed = true)),
+    cylinderChamberRod(p(start = 7e6, fixed = true)));
+  mechanical.translational.Mass load(m = 100, s(start = 0.7, fixed = true), v(fixed = true));
+  mechanical.translational.Fixed frame;
+  FVController duty(k = 4);
+equation
+  connect(pump.port, relief.port_a, line.port, valve.portP);
+  connect(tank.port, relief.port_b, valve.portT);
+  connect(valve.portA, cylinder.port_a);
+  connect(valve.portB, cylinder.port_b);
+  connect(frame.flange, cylinder.flange_a);
+  connect(cylinder.flange_b, load.flange_a);
+  connect(load.flange_b, duty.flange_a);
+  connect(duty.y, valve.control);
+end Duty;
+""").simulate(stop_time=8, tolerance=1e-7)
+    t, v = result.times, values(result, "load.v")
+    wanted = values(result, "duty.velocityProfile.y")
+    moving = (t > 3.5) & (t < 5)
+    # A proportional controller: slower than wanted, but in the right direction.
+    assert np.all((v[moving] > 0.3 * wanted[moving]) & (v[moving] < wanted[moving]))
+    assert np.max(np.abs(v[t > 7])) < 1e-2
+    force = values(result, "duty.flange_a.f")
+    assert force[np.searchsorted(t, 2.0)] == pytest.approx(11500, rel=1e-2)
+    assert values(result, "duty.y") == pytest.approx(
+        np.clip(4 * values(result, "duty.e"), -1, 1), abs=1e-9
+    )

@@ -27,8 +27,8 @@ def network(seed: int) -> str:
         masses.append(f"c{k}.m")
         energies.append(f"c{k}.U")
         if rng.random() < 0.4:
-            parts += f"""  Cylinder c{k}(A = 1e-3, stopStiffness = 0, V0 = {
-                rng.uniform(1, 5):.2f}e-4, {start});
+            size = rng.uniform(1, 5)
+            parts += f"""  Cylinder c{k}(A = 1e-3, stopStiffness = 0, V0 = {size:.2f}e-4, {start});
   mechanical.translational.Mass m{k}(m = {rng.uniform(0.5, 5):.2f}, s(start = 0.1, fixed = true),
     v(start = 0, fixed = true));
   mechanical.translational.Spring s{k}(c = 2e4);
