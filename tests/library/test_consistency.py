@@ -42,7 +42,6 @@ ALIKE: dict[tuple[str, str], str] = dict.fromkeys(
 WITHOUT_BASE: frozenset[tuple[str, str]] = frozenset(
     tuple(sorted((f"{package}.{a}", f"{package}.{b}")))
     for package, pairs in {
-        "electrical": "Resistor-VariableResistor Conductor-VariableConductor",
         "mechanical.multibody": "TransformAbsoluteVector-TransformRelativeVector Body-PartialShape "
         "PointMass-PartialShape PartialAbsoluteSensor-PartialRelativeSensor",
         "mechanical.planar": "PartialAbsoluteSensor-PartialForceless "
