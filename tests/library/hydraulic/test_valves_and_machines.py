@@ -66,6 +66,36 @@ equation
     assert flows == pytest.approx(0, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("kind", "middle"),
+    [("V6_3OC", 1), ("SV6_3OCParallel", 1), ("SV6_3OCTandem", 1), ("SV6_3CCParallel", 0)],
+)
+def test_six_way_valve_closes_its_bypass(kind: str, middle: int) -> None:
+    supply = "" if kind == "SV6_3OCTandem" else ", valve.portP1"  # there it is inside
+    result = simulate(
+        f"""  {kind} valve(dynamic = false, q_nom = 1e-3);
+  ConstPressureSource pump(p_const = 100e5), a(p_const = 60e5), b(p_const = 40e5);
+  OpenTank tank;
+  blocks.Ramp position(offset = -1, height = 2, duration = 2);
+equation
+  connect(position.y, valve.control);
+  connect(pump.port, valve.portP{supply});
+  connect(tank.port, valve.portT1, valve.portT2);
+  connect(a.port, valve.portA);
+  connect(b.port, valve.portB);""",
+        stop_time=2,
+        points=201,
+    )
+    at = [int(np.argmin(np.abs(result.times - time))) for time in (0, 1, 2)]
+    ways = {"P22T1": (0, middle, 0), "P12A": (0, 0, 1), "P12B": (1, 0, 0)}
+    ways |= {"A2T2": ways["P12B"], "B2T2": ways["P12A"]}
+    for way, expected in ways.items():
+        assert values(result, f"valve.{way}.openFraction")[at] == pytest.approx(expected)
+    ports = ["P", "T1", "T2", "A", "B"] + ["P1"] * bool(supply)
+    total = sum(values(result, f"valve.port{x}.m_flow") for x in ports)
+    assert total == pytest.approx(0, abs=1e-9)
+
+
 def test_spool_follows_as_a_second_order_system() -> None:
     result = simulate(
         """  V2_2 valve(bandwidth = 20, dampCoeff = 0.5, q_nom = 1e-3), other(normallyOpen = true);
