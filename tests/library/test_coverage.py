@@ -48,7 +48,7 @@ def test_known_components_are_found(rows: list[Row]) -> None:
     resistor = by_path["electrical.Resistor"]
     assert resistor.present and resistor.tested and resistor.described and resistor.units
     assert by_path["mechanical.translational.Mass"].tested
-    assert not by_path["electrical.polyphase.Star"].present
+    assert not by_path["electrical.quasi_static.Admittance"].present
 
 
 def test_the_command_prints_totals(capsys: pytest.CaptureFixture[str]) -> None:

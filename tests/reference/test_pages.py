@@ -118,7 +118,7 @@ def test_a_component_is_described(pages: dict[str, str]) -> None:
     page = pages["electrical.html"]
     section = page.split('<section id="Resistor">')[1].split("</section>")[0]
     assert "Ideal resistor" in section
-    assert 'extends <a href="#OnePort">OnePort</a>' in section
+    assert 'extends <a href="#PartialResistor">PartialResistor</a>' in section
     assert '<a href="thermal.html#HeatPort_a">' in section
     assert "<td>Ω<td><code>1[Ohm]</code>" in section
     assert 'title="decides sizes or structure">structural' in section
