@@ -11,12 +11,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from benchmarks import chain, compile_time, events, library, small_models, solve_time
+from benchmarks import chain, compile_time, compose, events, library, small_models, solve_time
 from benchmarks.table import Table
 
 BENCHMARKS: dict[str, Callable[[bool, Callable[[str], None]], Table | list[Table]]] = {
     "solve": solve_time.measure,
     "compile": compile_time.measure,
+    "compose": compose.measure,
     "small": small_models.measure,
     "chain": chain.measure,
     "events": events.measure,

@@ -288,7 +288,7 @@ class _Definition:
         stated = [e._equation(self, text) for e, text in part._equations or ()]
         first = [e._equation(self, text) for e, text in part._initials or ()]
         components = self._components(parts)
-        description = part._about if not part._owner else ""
+        description = part._about if part._owner is None else ""
         if not description and cls.__module__.partition(".")[0] != "acausal":
             description = _first_line(cls.__dict__.get("__doc__"))
         return tree.ClassDefinition(

@@ -80,6 +80,7 @@ class ComponentType(type):
                     twin = before._copy(value)
                     adopt(twin, cls, key)
                     declared[key] = twin
+                    type.__setattr__(cls, key, twin)
                 elif key in modifiers or any(
                     text_kind(b).member(key) is not None for b in cls._text_bases
                 ):
@@ -291,7 +292,7 @@ class Component(Part, metaclass=ComponentType):
                      help=f"extend its class: class Mine({type(self).__name__}): ...")  # fmt: skip
             parts = {}
             _set_parts(self, parts)
-        if self._frozen is not None:
+        if self._frozen is not None or self._owner is not None:
             self._changeable()
         if name in parts or name in type(self)._declared:
             before = parts[name] if name in parts else type(self)._declared[name]
@@ -399,7 +400,7 @@ class Component(Part, metaclass=ComponentType):
             AcausalError: ``C101`` for what is no cut and for unlike cuts, ``P012`` for fewer
                 than two.
         """
-        if self._frozen is not None:
+        if self._frozen is not None or self._owner is not None:
             self._changeable()
         span = here()
         if len(cuts) < 2:

@@ -69,6 +69,9 @@ class TextKind:
         self._members: dict[str, Member] = {}
         self._signature: Signature | None = None
 
+    def __deepcopy__(self, memo: object) -> TextKind:
+        return self
+
     @property
     def title(self) -> str:
         """Full name."""

@@ -170,7 +170,8 @@ class Ref(Symbolic):
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name[0] == "_":
-            raise AttributeError(name)
+            object.__setattr__(self, name, value)
+            return
         fail("N154", f"{name} of {self!r} cannot be set here", here(),
              help="give modifiers where the component is made, for example "
              "Component(part=dict(name=value))")  # fmt: skip

@@ -77,6 +77,10 @@ class ClassDef:
     def __repr__(self) -> str:
         return f"ClassDef({self.full_name})"
 
+    def __deepcopy__(self, memo: object) -> ClassDef:
+        # A copy would be another class.
+        return self
+
     @property
     def name(self) -> str:
         """The simple name."""

@@ -21,6 +21,10 @@ class Node:
 
     span: Span
 
+    def __deepcopy__(self, memo: object) -> Node:
+        # Nodes never change.
+        return self
+
 
 # --- expressions -------------------------------------------------------------------------
 
