@@ -73,7 +73,7 @@ def index_page(site: Site) -> str:
         graphics += [g for s in drawings for g in s.graphics]
         what = _counts(package)
         cards.append(
-            f'<a href="{package.name}.html"><b>{package.name}</b><span>{what}</span>'
+            f'<a href="{package.name}.html"><b>{_breakable(package.name)}</b><span>{what}</span>'
             f"<p>{icons}</p></a>"
         )
     body = (
@@ -164,8 +164,8 @@ def _inline(text: str) -> str:
 
 
 def _breakable(name: str) -> str:
-    """Return a name that may break where a word begins in it."""
-    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=_)", "<wbr>", escape(name))
+    """Return a name that may break where a word begins in it or behind a dot."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[_.])", "<wbr>", escape(name))
 
 
 def unit_text(unit: str) -> str:
