@@ -92,7 +92,8 @@ def measure(quick: bool, say: Callable[[str], None]) -> Table:
     table = Table("compose", "Models made in Python", COLUMNS)
     table.notes.append(
         "Every model in a fresh process, imports included; kernels are cached from a small model. "
-        "A ladder of resistors and capacitors, one and a half connections for each component. Minima over runs."
+        "A ladder of resistors and capacitors, one and a half connections for each component. "
+        "Minima over runs."
     )
     with tempfile.TemporaryDirectory() as cache:
         for title, program, count, bar in CASES:

@@ -16,8 +16,12 @@ from acausal.compose.parts import Part, Ref, adopt, describe, modify, no_member,
 from acausal.compose.places import here
 from acausal.compose.symbols import Equality, Invocation, Literal, Operation, Symbolic
 from acausal.diagnostics import Label, Span, fail
+from acausal.memory import settle
 from acausal.modeling.classes import ClassDef
 from acausal.syntax.tree import Modifier
+
+#: After so many parts or connections the garbage collector is told that they are here to stay.
+_MANY = 2000
 
 #: A connection: its cuts and its place.
 Connection = tuple[tuple[Any, ...], Span]
@@ -314,6 +318,8 @@ class Component(Part, metaclass=ComponentType):
                  help="make another one as a component, for example with .copy()")  # fmt: skip
         adopt(part, self, name)
         parts[name] = part
+        if not len(parts) % _MANY:
+            settle()
 
     def _set(self, name: str, value: Any) -> None:
         """Set a parameter of a component after it was made, or a plain attribute of a class."""
@@ -422,7 +428,10 @@ class Component(Part, metaclass=ComponentType):
                 check_alike(first, other, span)
         if self._connections is None:
             _set_connections(self, [])
-        self._connections.append((cuts, span))  # type: ignore[union-attr]
+        connections = self._connections
+        connections.append((cuts, span))  # type: ignore[union-attr]
+        if not len(connections) % _MANY:  # type: ignore[arg-type]
+            settle()
 
     def equation(self, *equations: Any, description: str = "") -> None:
         """State equations.

@@ -8,7 +8,7 @@ import numpy as np
 
 from acausal.diagnostics import AcausalError, Label, fail
 from acausal.expressions import build
-from acausal.expressions.nodes import Expr, slot
+from acausal.expressions.nodes import Expr, const, slot
 from acausal.expressions.traverse import slots
 from acausal.instantiation.arrays import shape_text
 from acausal.instantiation.domain import split_by_indices
@@ -31,6 +31,7 @@ from acausal.instantiation.template import (
 )
 from acausal.instantiation.unit_algebra import added
 from acausal.instantiation.values import Index, NeedsUnroll, UnitOf, Value, indices
+from acausal.syntax import tree
 from acausal.syntax.formatter import format_expression
 from acausal.units.unit import parse_unit
 
@@ -108,7 +109,8 @@ def bind_child(builder: TemplateBuilder, element: Element, child: Child) -> None
     for change in element.modifications:
         if change.path not in done:
             done.add(change.path)
-            _bind_path(builder, child, change, done)
+            if () in done or not _bind_number(builder, child, change):
+                _bind_path(builder, child, change, done)
     kind = builder.kinds[element.name]
     if kind is not None:  # a primitive connector: the attributes of its type
         inside = child.template.variables[""]
@@ -118,6 +120,34 @@ def bind_child(builder: TemplateBuilder, element: Element, child: Child) -> None
                 value = elaborate(change.value, ClassEnvironment(None, change.owner))
                 value = _repeated(value, child.shape) if not value.shape else value
                 _set(builder, steps, inside, change.path[0], value, change, "", True)
+
+
+def _bind_number(builder: TemplateBuilder, child: Child, change: Modification) -> bool:
+    """Bind a bare number to a parameter or attribute, as models made by programs have in masses.
+
+    Only where another component of the same template was given one in the usual way before: then
+    everything has been checked. Returns False if this is not such a case.
+    """
+    value = change.value
+    if type(value) is tree.NumberLiteral:
+        if value.unit is not None:
+            return False
+        expression = const(value.value)
+    elif type(value) is tree.BooleanLiteral:
+        expression = const(float(value.value))
+    else:
+        return False
+    found = builder.usual_targets.get((child.template.number, change.path, type(value)))
+    if found is None or child.shape:
+        return False
+    name, attribute, parameter = found
+    builder.template.bindings.append(
+        BindingDecl(
+            Ref((Step(child.name),), name, (), parameter), attribute, expression, _EVERYWHERE,
+            change.span, False,
+        )
+    )  # fmt: skip
+    return True
 
 
 def _bind_path(
@@ -224,6 +254,12 @@ def _set(
         unit_free = isinstance(value.unit, str) or attribute in _WITHOUT_UNIT
         expression = value.expr
         if unit_free and expression.op == "const" and value.text is None:
+            if len(steps) == 1 and declaration.base == "Real" and declaration.name:
+                # An integer literal fits every Real, other types of literals their like.
+                inside = template.children[steps[0][0]].template.number
+                key = (inside, change.path, type(change.value))
+                usual = (declaration.name, attribute, parameter)
+                builder.usual_targets.setdefault(key, usual)
             path = tuple([Step(n) for n, _ in steps])
             target = Ref(path, declaration.name, (), parameter)
             template.bindings.append(

@@ -156,6 +156,8 @@ class TemplateBuilder:
         #: Elements declared ``inner``; a class of many components looks for them once.
         self._inner = [e for e in self.merged.elements.values() if e.has("inner")]
         self._declared: set[str] = set()
+        #: What numbers for components of a template set: by template, path and type of literal.
+        self.usual_targets: dict[tuple[int, Path, type], tuple[str, str, bool]] = {}
         #: Templates of components whose modifications decide nothing, by class and paths.
         self._usual: dict[tuple[ClassDef, tuple[Path, ...]], Template] = {}
         self._active: list[str] = []

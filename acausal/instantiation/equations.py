@@ -64,8 +64,12 @@ def elaborate_sections(builder: TemplateBuilder) -> None:
     """Elaborate all equations and algorithms of a class into its template."""
     template, merged = builder.template, builder.merged
     sink = Sink(False)
+    everywhere = Domain()
+    scope = builder.scope(merged.definition)
     for equation, owner in merged.equations:
-        _add(equation, Domain(), builder.scope(owner), sink)
+        if owner is not scope.owner:
+            scope = builder.scope(owner)
+        _add(equation, everywhere, scope, sink)
     for statements, owner in merged.algorithms:
         add_algorithm(statements, builder.scope(owner), sink)
     template.equations += sink.equations
@@ -99,7 +103,7 @@ def _split(declaration: DiscreteDecl) -> list[DiscreteDecl]:
 
 
 def _add(equation: tree.Equation, domain: Domain, env: ClassEnvironment, sink: Sink) -> None:
-    env = env.inside(domain)
+    env = env if domain is env.domain else env.inside(domain)
     if isinstance(equation, tree.SimpleEquation):
         _simple(equation, domain, env, sink)
     elif isinstance(equation, tree.ConnectEquation):
