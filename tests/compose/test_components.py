@@ -1,3 +1,4 @@
+# ruff: noqa: C408, PT009 - dict() is how modifiers are written; assert_ is ours
 """Components written in Python: equations, events, extension, models in models."""
 
 from __future__ import annotations

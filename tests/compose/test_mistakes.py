@@ -1,3 +1,4 @@
+# ruff: noqa: B015, B018, C408, RUF059 - mistakes are what this file is made of
 """Mistakes in Python: the code, and the line of Python that is to blame."""
 
 from __future__ import annotations

@@ -1,3 +1,4 @@
+# ruff: noqa: C408 - dict() is how modifiers are written
 """What Python's values become: units, quantities, arrays, enumerations, subscripts."""
 
 from __future__ import annotations
