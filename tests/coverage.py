@@ -28,6 +28,7 @@ LISTS = Path(__file__).parent / "data" / "coverage"
 FINISHED = (
     "blocks",
     "electrical",
+    "hydraulic",
     "magnetic",
     "multiport",
     "planar",
