@@ -1,3 +1,4 @@
+# ruff: noqa: A004, F401 - type checkers see the names that are imported when first used
 """Acausal multiport modelling and simulation.
 
 Example:
@@ -13,6 +14,63 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from acausal.compiler import Compiled, compile_file, compile_text
+    from acausal.compose.component import Component, Connector
+    from acausal.compose.declarations import (
+        Across,
+        Constant,
+        Discrete,
+        Parameter,
+        Through,
+        Variable,
+    )
+    from acausal.compose.equations import assert_, if_then, reinit, terminate, when
+    from acausal.compose.functions import (
+        abs,
+        acos,
+        and_,
+        asin,
+        atan,
+        atan2,
+        ceil,
+        change,
+        cos,
+        cosh,
+        cross,
+        delay,
+        der,
+        edge,
+        exp,
+        floor,
+        function,
+        homotopy,
+        initial,
+        log,
+        log10,
+        max,
+        min,
+        no_event,
+        not_,
+        or_,
+        pre,
+        product,
+        sample,
+        sign,
+        sin,
+        sinh,
+        size,
+        smooth,
+        sqrt,
+        sum,
+        tan,
+        tanh,
+        terminal,
+        time,
+        transpose,
+        where,
+    )
+    from acausal.compose.loading import load
+    from acausal.compose.model import Model
+    from acausal.compose.modifiers import mod
     from acausal.diagnostics import AcausalError
     from acausal.results.files import read_result
     from acausal.results.result import Result
@@ -63,7 +121,8 @@ def __getattr__(name: str) -> Any:
         raise AttributeError(f"module 'acausal' has no attribute {name!r}")
     from importlib import import_module
 
-    return getattr(import_module(_HOMES[name]), name)
+    value = globals()[name] = getattr(import_module(_HOMES[name]), name)
+    return value
 
 
 def __dir__() -> list[str]:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
-from acausal.compose.component import Component, ComponentType
+from acausal.compose.component import Component, ComponentType, asked
 from acausal.compose.declarations import Declaration, size_tree
 from acausal.compose.equations import equations_of
 from acausal.compose.kinds import text_kind
@@ -279,12 +279,15 @@ class _Definition:
 
     def make(self, name: str) -> tree.ClassDefinition:
         """Return the class."""
+        with asked(self.self):
+            return self._make(name)
+
+    def _make(self, name: str) -> tree.ClassDefinition:
         part, cls, span = self.self, self.cls, self.self._span
-        parts: dict[str, Part] = {**cls._declared, **(part._parts or {})}
         # Equations may add parts and connections, so they come first.
         equations = self._stated(part.equations(), span)
         initials = self._stated(part.initial_equations(), span)
-        parts = {**cls._declared, **(part._parts or {})}
+        parts: dict[str, Part] = {**cls._declared, **(part._parts or {})}
         stated = [e._equation(self, text) for e, text in part._equations or ()]
         first = [e._equation(self, text) for e, text in part._initials or ()]
         components = self._components(parts)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import Any, ClassVar, NoReturn, cast
 
 from acausal.compose.declarations import Declaration, shape_of
@@ -191,13 +192,17 @@ class Component(Part, metaclass=ComponentType):
 
     def __init__(
         self,
-        *,
+        *positional: Any,
         shape: Any = (),
         inner: bool | None = None,
         description: str = "",
         **modifiers: Any,
     ) -> None:
         cls = type(self)
+        if positional:
+            fail("N158", f"{cls.__name__} takes what it is given by name", self._span,
+                 help=f"write {cls.__name__}(name=value); "
+                 f"its signature is {cls.__name__}{cls.__signature__}")  # fmt: skip
         if cls._dynamic:
             self._build(modifiers)
         if shape != ():
@@ -347,6 +352,8 @@ class Component(Part, metaclass=ComponentType):
 
     def _changeable(self) -> None:
         where: Any = self
+        if id(self) in _being_defined:
+            return
         while where is not None and not isinstance(where, type):
             frozen = getattr(where, "_frozen", None)
             if frozen is not None:
@@ -491,6 +498,33 @@ class Connector(Component):
 
     __slots__ = ()
     _restriction = "connector"
+
+
+#: Components whose equations are being asked for; what they add is taken back.
+_being_defined: set[int] = set()
+
+
+@contextmanager
+def asked(part: Component) -> Iterator[None]:
+    """Let ``equations`` add parts and connections, as ``build`` does, and take them back.
+
+    A definition is made whenever a model is compiled or written as text; it must not change it.
+    """
+    parts = None if part._parts is None else dict(part._parts)
+    lists = [
+        None if x is None else list(x) for x in (part._connections, part._equations, part._initials)
+    ]
+    before = id(part) in _being_defined
+    _being_defined.add(id(part))
+    try:
+        yield
+    finally:
+        if not before:
+            _being_defined.discard(id(part))
+        _set_parts(part, parts)
+        _set_connections(part, lists[0])
+        _set_equations(part, lists[1])
+        _set_initials(part, lists[2])
 
 
 def freeze(model: Component, span: Span) -> None:

@@ -57,13 +57,15 @@ class Model(Component):
         object.__setattr__(self, "_model_name", cls.__name__)
         return self
 
-    def __init__(self, name: str | None = None, description: str = "", **options: Any) -> None:
+    def __init__(
+        self, name: str | None = None, description: str = "", *positional: Any, **options: Any
+    ) -> None:
         if name is not None:
             if not isinstance(name, str):
                 fail("N151", f"{name!r} is no name", self._span, help='write ac.Model("circuit")')
             check_name(name, self._span)
             object.__setattr__(self, "_model_name", name)
-        super().__init__(description=description, **options)
+        super().__init__(*positional, description=description, **options)
 
     @property
     def name(self) -> str:
@@ -141,17 +143,14 @@ class Model(Component):
                 freeze(self, here())
         return self._compiled[key]
 
-    def simulate(
-        self, *args: Any, parameters: Mapping[str, float | str] | None = None, **options: Any
-    ) -> Result:
+    def simulate(self, *args: Any, **options: Any) -> Result:
         """Compile the model if need be and simulate it, see :meth:`acausal.Compiled.simulate`.
 
         Args:
             args: See there.
-            parameters: Values by path, see :meth:`compile`.
-            options: ``stop_time``, ``tolerance``, ``solver``, ... as there.
+            options: ``stop_time``, ``parameters``, ``start``, ``tolerance``, ... as there.
         """
-        return self.compile(parameters).simulate(*args, **options)
+        return self.compile().simulate(*args, **options)
 
     def to_acm(self) -> str:
         """Return the model as text of the language, with the Python classes it uses.

@@ -79,6 +79,7 @@ CODES: dict[str, str] = {
     "N155": "Python: a part of another model, or of none, is used.",
     "N156": "Python: a model is changed after it was compiled.",
     "N157": "Python: an argument of `build` is missing.",
+    "N158": "Python: a component is given values without their names.",
     "N901": "The result has no variable of this name.",
     "T101": "A number is needed.",
     "T102": "A Boolean value is needed, or the value has another type than the declaration.",

@@ -355,3 +355,48 @@ def test_experiment_and_parameters_of_a_compilation():
     assert "experiment(StopTime = 0.25" in model.to_acm()
     double = model.simulate(parameters={"r.R": "2[kOhm]"})
     assert double["r.i"].values[-1] < result["r.i"].values[-1]
+
+
+class Closed(ac.Model):
+    """Everything in the class, connections with the equations."""
+
+    v = el.ConstantVoltage(V=2)
+    r = el.Resistor(R=4)
+    g = el.Ground()
+
+    def equations(self):
+        self.extra = ac.Variable(self.r.v)
+        self.connect(self.v.p, self.r.p)
+        self.connect(self.v.n, self.r.n, self.g.p)
+
+
+def test_writing_a_model_does_not_change_it(same):
+    model = Closed()
+    text = model.to_acm()
+    assert model.to_acm() == text
+    assert same(model)["extra"].values[-1] == 2
+    assert model.to_acm() == text
+    whole = ac.Model("whole")
+    whole.one, whole.two = Closed(), Closed()
+    assert whole.to_acm().count("model Closed") == 1
+    assert same(whole)["two.r.i"].values[-1] == 0.5
+
+
+def test_a_constructor_of_ones_own(same):
+    class Load(ac.Model):
+        def __init__(self, R):
+            super().__init__("load")
+            self.count = 3
+            self.p, self.n = el.Pin(), el.Pin()
+            self.r = el.Resistor(R=R)
+            self.connect(self.p, self.r.p)
+            self.connect(self.n, self.r.n)
+
+    model = ac.Model("m")
+    model.s, model.g = el.ConstantVoltage(V=1), el.Ground()
+    model.a, model.b = Load(5), Load(4)
+    for part in (model.a, model.b):
+        model.connect(part.p, model.s.p)
+        model.connect(part.n, model.s.n, model.g.p)
+    assert model.a.count == 3
+    assert same(model)["s.i"].values[-1] == pytest.approx(-0.45)

@@ -156,6 +156,10 @@ def no_value():
     el.Resistor(R=object())  # T152 no value
 
 
+def value_without_a_name():
+    el.Resistor(100)  # N158 Resistor(name=value)
+
+
 def no_type():
     ac.Variable(type="Volt")  # T155 no type
 
