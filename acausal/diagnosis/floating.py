@@ -36,7 +36,7 @@ def refuse_floating(flattened: Flattened) -> None:
     n = len(ids_of)
     number = np.full(len(potential), n, np.int32)
     number[ids_of] = np.arange(n)
-    tails, heads = [], []
+    tails, heads = [np.zeros(0, np.int32)], [np.zeros(0, np.int32)]
     grounded_rows: list[Ids] = []
     for family in model.families:
         where = [

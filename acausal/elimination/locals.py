@@ -20,9 +20,11 @@ from numpy.typing import NDArray
 from acausal.elimination.families import Tally, variable_slots
 from acausal.elimination.linear_form import shifted, solved_for, tidied
 from acausal.elimination.rewriting import split_duplicates
+from acausal.expressions.build import number_of
+from acausal.expressions.differentiate import partial
 from acausal.expressions.evaluate import evaluate
 from acausal.expressions.nodes import RELATIONS, Expr, slot
-from acausal.expressions.traverse import postorder, substitute
+from acausal.expressions.traverse import postorder, slots, substitute
 from acausal.flattening.members import merge_families, partition, renumbered, take_members
 from acausal.flattening.model import EquationFamily, Ids, Operand
 
@@ -38,6 +40,9 @@ MAX_TEMPLATE = 240
 
 #: No division by parameters smaller than this, nor larger than its inverse.
 TINY = 1e-100
+
+#: A variable is not solved for if its constant coefficient is this much smaller than another one.
+SMALL = 1e-6
 
 _COSTS = {"div": 4, "pow": 10, "call": 12}
 _JUMPS = ("sign", "floor", "ceil", "integer", "mod", "rem", "div", "abs", "min", "max")
@@ -76,7 +81,23 @@ def solution(
     """
     if has_jumps(template) or size(template) > limit:
         return None
-    return solved_for(template, key, parameters)
+    solved = solved_for(template, key, parameters)
+    return None if solved is None or _cancels(template, key, solved[1]) else solved
+
+
+def _cancels(template: Expr, key: int, divisor: Expr) -> bool:
+    """Tell whether a definition would be the small difference of large terms.
+
+    In ``h = 3 a + 1e-14 b`` the value of ``b`` is lost in the round-off of the others.
+    """
+    if divisor.op != "const":
+        return False
+    others = [k for k in slots(template) if k != key]
+    if len(others) < 2:
+        return False
+    coefficients = (partial(template, slot(k)) for k in others)
+    largest = max((abs(number_of(c)) for c in coefficients if c.op == "const"), default=0.0)
+    return abs(number_of(divisor)) < SMALL * largest
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from flat_builder import FlatBuilder, OnePorts, S, call, ladder, t
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from acausal import compile_text
 from acausal.diagnostics import AcausalError
 from acausal.elimination.eliminate import Elimination, eliminate
 from acausal.elimination.families import row_counts
@@ -510,3 +511,23 @@ def test_any_network_keeps_its_solutions(network, explicit, divide, seed):
     result = eliminate(model, explicit_locals=explicit, divide_by_parameters=divide)
     check_equivalence(model, result, seed)
     balance(model, result)
+
+
+def test_a_small_difference_of_large_terms_is_no_definition() -> None:
+    # b from the first row would be (h - 3 a)/1e-13: nothing but round-off. It stays an unknown
+    # that the second row determines.
+    compiled = compile_text("""
+model M
+  Real a, b, h, s;
+equation
+  a = 1 + time;
+  h = 3*a + 1e-13*b;
+  s = b + a;
+  s*s*s + s = 10*h/3;
+end M;
+""")
+    result = compiled.simulate(stop_time=1.0)
+    a = 1 + result.times
+    s = np.array([np.roots([1, 0, 1, -10 * x]).real[np.isreal(np.roots([1, 0, 1, -10 * x]))][0]
+                  for x in a])  # fmt: skip
+    assert result["b"].values == pytest.approx(s - a, rel=1e-5)
