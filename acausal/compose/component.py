@@ -218,6 +218,8 @@ class Component(Part, metaclass=ComponentType):
         if modifiers:
             span, array = self._span, len(self._shape)
             kind = self._kind
+            if cls._dynamic:
+                self._check_names(kind, modifiers)
             modify(
                 self,
                 tuple([modifier(kind, n, v, array, span) for n, v in modifiers.items()]),
@@ -243,6 +245,16 @@ class Component(Part, metaclass=ComponentType):
             fail("N157", f"{type(self).__name__} needs a value for {', '.join(missing)}",
                  self._span, help=f"write {type(self).__name__}({missing[0]}=...)")  # fmt: skip
         build(self, **given)
+
+    def _check_names(self, kind: Kind, modifiers: dict[str, Any]) -> None:
+        """Refuse arguments that neither ``build`` nor a part is called by."""
+        build: Any = getattr(type(self), "build", None)
+        own = [] if build is None else list(inspect.signature(build).parameters)[1:]
+        for name in modifiers:
+            if kind.member(name.removesuffix("_")) is None and kind.member(name) is None:
+                known = [*own, *kind.names()]
+                unknown_name("N103", f"{kind.title} has nothing called {name}", self._span, name,
+                             known, f"it has {', '.join(known)}")  # fmt: skip
 
     # --- what is inside ------------------------------------------------------------------
 

@@ -14,7 +14,7 @@ RESERVED = frozenset((
     "false", "final", "flow", "for", "function", "if", "import", "impure", "in", "initial",
     "inner", "input", "loop", "model", "not", "operator", "or", "outer", "output", "package",
     "parameter", "partial", "protected", "public", "pure", "record", "redeclare", "replaceable",
-    "return", "stream", "then", "true", "type", "when", "while", "within", "across", "through",
+    "return", "stream", "then", "true", "type", "when", "while", "within",
     "time",
 ))  # fmt: skip
 

@@ -281,6 +281,14 @@ def argument_of_build_missing():
     Mine()  # N157 count
 
 
+def unknown_argument_of_build():
+    class Mine(ac.Model):
+        def build(self, count=3):
+            pass
+
+    Mine(cont=4)  # N103 did you mean count
+
+
 def too_few_equations():
     class Mine(ac.Component):
         x = ac.Variable()

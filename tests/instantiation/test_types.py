@@ -101,6 +101,11 @@ def test_units_that_do_not_fit(body, code):
     assert refused(f"model M {body} end M;").code == code
 
 
+def test_a_plain_number_in_a_function_fits_every_unit():
+    body = 'parameter Real v(unit = "V") = 0.05; Real x = exp(v/0.025);'
+    assert solve(f"model A {body} end A; ")["x"] == pytest.approx(7.38905609893065)
+
+
 # --- enumerations --------------------------------------------------------------------------
 
 E = 'type E = enumeration(one, two "second", three);\n'
