@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import networkx
 
     from acausal.diagnostics import Diagnostic
+    from acausal.drawing.schematic import Drawing
     from acausal.elimination.eliminate import Elimination
     from acausal.flattening.flatten import Flattened
     from acausal.instantiation.template import Template
@@ -188,6 +189,32 @@ class Compiled:
         flattened = self._all_stages().flattened
         assert flattened is not None
         return connection_graph(flattened)
+
+    def schematic(self, file: str | Path | None = None, depth: int = 1) -> Drawing:
+        """Draw the connection graph with the symbols of the components.
+
+        Args:
+            file: Where to write it, ``.svg`` or ``.png``; nowhere if None.
+            depth: Levels of components; above 1, components that are made of others are frames
+                around what they are made of.
+
+        Returns:
+            The drawing: ``.svg`` is its text, a notebook shows it.
+
+        Raises:
+            AcausalError: ``F111`` for a depth below 1, and as :meth:`Drawing.write`.
+
+        Example:
+            >>> drawing = compile_file("examples/rlc.acm").schematic()
+        """
+        from acausal.drawing.schematic import schematic
+
+        flattened = self._all_stages().flattened
+        assert flattened is not None
+        drawing = schematic(flattened.numbering.groups[-1].template, depth, self.name)
+        if file is not None:
+            drawing.write(file)
+        return drawing
 
     def simulate(
         self,

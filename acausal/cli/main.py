@@ -25,6 +25,7 @@ COMMANDS = {
     "simulate": ("simulate", "Simulate a model; write a table, draw a plot."),
     "check": ("check", "Check a model without simulating it."),
     "inspect": ("inspect", "Show what each stage of the compiler made of a model."),
+    "schematic": ("schematic", "Draw a model as a schematic diagram."),
     "list": ("listing", "Show what the component library contains."),
     "reference": ("reference", "Write the reference of the component library as web pages."),
     "messages": ("messages", "Tell what message codes mean."),

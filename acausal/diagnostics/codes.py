@@ -207,6 +207,7 @@ CODES: dict[str, str] = {
     "F105": "The file has no such model, or none that can be simulated.",
     "F106": "The file holds no class.",
     "F110": "A value given for a parameter is not a number.",
+    "F111": "A schematic with an impossible depth.",
     "F120": "The component library is missing from the installation.",
     "F130": "A snapshot cannot be written.",
     "F131": "A file is no snapshot, or cannot be read as one.",

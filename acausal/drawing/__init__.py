@@ -1,0 +1,1 @@
+"""The connection graph of a model as a schematic: symbols, wires, names."""
