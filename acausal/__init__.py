@@ -89,6 +89,7 @@ _HOMES = {
 # Many runs, and runs that go on.
 _HOMES |= dict.fromkeys(("simulate_many", "sweep"), "acausal.runs.sweep")
 _HOMES |= {"Study": "acausal.runs.study"}
+_HOMES |= {"Animation": "acausal.animation.animation"}
 _HOMES |= dict.fromkeys(("Snapshot", "read_snapshot"), "acausal.results.snapshot")
 # Models composed in Python.
 _HOMES |= dict.fromkeys(("Component", "Connector"), "acausal.compose.component")

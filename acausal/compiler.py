@@ -270,7 +270,8 @@ class Compiled:
             start_time, stop_time, tolerance, solver, points, interval, variables, progress,
             max_step, None, continue_from,
         )  # fmt: skip
-        return simulate(self.with_values(parameters or {}, start or {}).system, request)
+        model = self.with_values(parameters or {}, start or {})
+        return replace(simulate(model.system, request), compiled=model)
 
     def with_values(
         self,

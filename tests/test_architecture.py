@@ -38,6 +38,7 @@ ORDER = (
     "drawing",
     "compiler",
     "reporting",
+    "animation",
     "runs",
     "compose",
     "library",

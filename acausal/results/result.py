@@ -105,6 +105,8 @@ class Result:
         ending: Whether it ran to its end.
         diagnostics: Warnings, and why it failed if it did.
         end: Where the run stood at last; None if it failed.
+        compiled: The compiled model it came from, which knows how components look; None for
+            results that were read from files.
     """
 
     model_name: str
@@ -119,6 +121,7 @@ class Result:
     ending: Ending = Ending.COMPLETE
     diagnostics: tuple[Diagnostic, ...] = ()
     end: Snapshot | None = None
+    compiled: Any = field(default=None, repr=False)
 
     def __getitem__(self, path: str) -> Any:
         """Return a :class:`Trajectory`, or a dictionary of them by path.
@@ -242,6 +245,25 @@ class Result:
         if file is not None:
             write_figure(figure, file)
         return figure
+
+    def animate(self, file: str | os.PathLike[str] | None = None, **options: Any) -> Any:
+        """Animate the components that have shapes; a notebook shows what is returned.
+
+        Args:
+            file: ``.html`` (play, pause, scrub, works offline), ``.gif`` or ``.mp4``, if any.
+            options: ``fps``, ``speed``, ``width``, ``height``, ``title``, ``camera``, see
+                :func:`acausal.animation.animation.animate`.
+
+        Returns:
+            The :class:`~acausal.animation.animation.Animation`; more shapes can be added to it.
+
+        Raises:
+            AcausalError: ``D11x`` if nothing can be drawn, ``F20x`` if the file cannot be written.
+        """
+        # Only a method on results makes animations easy to find; results know nothing of them.
+        from importlib import import_module
+
+        return import_module("acausal.animation.animation").animate(self, file, **options)
 
     def __repr__(self) -> str:
         span = f", {self.times[0]:g} s to {self.times[-1]:g} s" if len(self.times) else ""
