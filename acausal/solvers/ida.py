@@ -31,7 +31,7 @@ from acausal.solvers.failures import (
     singular_parts,
 )
 from acausal.solvers.native import Frame, Word
-from acausal.solvers.native_step import Code
+from acausal.solvers.native_step import MOST_UNSETTLED, Code
 from acausal.solvers.pacing import Pace, interruptible
 from acausal.solvers.protocol import Options, RunResult, Statistics, Status, StepResult
 from acausal.solvers.sundials import binding as c
@@ -93,6 +93,7 @@ class IDAIntegrator:
         self._attempt = 0
         self._consistent_point: ConsistentPoint | None = None
         self._pace = Pace(n)
+        self._unsettled: Array = np.zeros(MOST_UNSETTLED)
         self._row: Array = np.zeros(1)
         self._row_y: Array = np.zeros(n)
         self._row_yp: Array = np.zeros(n)
@@ -118,6 +119,7 @@ class IDAIntegrator:
         """Write the addresses that stay the same."""
         lib, words = self._c, self._frame.words
         words[Word.N] = self._n
+        words[Word.UNSETTLED_TIMES] = self._unsettled.ctypes.data
         words[Word.VECTOR_DATA] = lib.address("N_VGetArrayPointer")
         words[Word.DENSE_DATA] = lib.address("SUNDenseMatrix_Data")
         words[Word.SPARSE_DATA] = lib.address("SUNSparseMatrix_Data")
@@ -310,6 +312,7 @@ class IDAIntegrator:
             return RunResult(0, Status.REACHED)
         words = self._frame.words
         words[Word.ROWS], words[Word.ROWS_WANTED] = 0, rows
+        words[Word.UNSETTLED] = 0
         last = float(times[-1])
         limit = last if t_limit is None else max(t_limit, last)
         try:
@@ -318,8 +321,34 @@ class IDAIntegrator:
             return RunResult(int(words[Word.ROWS]), Status.INTERRUPTED)
         finally:
             words[Word.STOP] = 0
+            if words[Word.UNSETTLED]:
+                self._settle(times, out_y, out_yp)
         status, failure = result
         return RunResult(int(words[Word.ROWS]), status, failure)
+
+    def _settle(self, times: Array, out_y: Array, out_yp: Array) -> None:
+        """Mend rows whose interpolated values were too far from a solution.
+
+        Where an algebraic unknown jumps, the polynomial through the steps says nothing about it.
+        The rows beside it, or the end of the step, are better guesses.
+        """
+        count = int(self._frame.words[Word.UNSETTLED])
+        filled = int(self._frame.words[Word.ROWS])
+        wanted = np.arange(filled)
+        if count <= len(self._unsettled):
+            wanted = wanted[np.isin(times[:filled], self._unsettled[:count])]
+        algebraic = self._states == 0.0
+        for k in wanted.tolist():
+            t = float(times[k])
+            if t == self.t:
+                continue
+            guesses = [out_y[k], *(out_y[i] for i in (k - 1, k + 1) if 0 <= i < filled), self.y]
+            for guess in guesses:
+                y, yp = out_y[k].copy(), out_yp[k].copy()
+                y[algebraic] = guess[algebraic]
+                if self.consistent(t, y, yp) >= 0:
+                    out_y[k], out_yp[k] = y, yp
+                    break
 
     def advance(self, t_limit: float) -> StepResult:
         """Integrate to a time without any output; see the protocol."""
@@ -367,9 +396,22 @@ class IDAIntegrator:
         """Return ``y`` or ``y'`` inside the last step; see the protocol."""
         if t == self.t:
             return np.array(self.yp if order else self.y)
+        self._frame.words[Word.UNSETTLED] = 0
         if self._look(self._address, t, self._vectors[2], self._vectors[5]) == 0:
+            if self._frame.words[Word.UNSETTLED]:
+                self._settle_at(t)
             return np.array(self._scratch_p if order else self._scratch)
         raise ValueError(f"{t} is not inside the last step, which ends at {self._end.value}")
+
+    def _settle_at(self, t: float) -> None:
+        """Mend the interpolated point, see :meth:`_settle`."""
+        algebraic = self._states == 0.0
+        for guess in (self._scratch, self.y):
+            y, yp = self._scratch.copy(), self._scratch_p.copy()
+            y[algebraic] = guess[algebraic]
+            if self.consistent(t, y, yp) >= 0:
+                self._scratch[:], self._scratch_p[:] = y, yp
+                return
 
     def restart(
         self, t: float, y: Array, yp: Array, problem: DAEProblem | NativeSystem | None = None

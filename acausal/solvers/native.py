@@ -120,6 +120,8 @@ class Word(IntEnum):
     GET_CONVERGENCE_FAILURES = auto()  #: IDAGetNumNonlinSolvConvFails
     MASKED_NORM = auto()  #: N_VWrmsNormMask
     CURRENT_CJ = auto()  #: dy'/dy of the method, a double
+    UNSETTLED = auto()  #: number of interpolated points that do not solve the equations
+    UNSETTLED_TIMES = auto()  #: data of their times, the first ``MOST_UNSETTLED``
     COUNT = auto()
 
 
@@ -428,9 +430,26 @@ renew:
 renewed:
   br label %iterate
 give_up:
-  ret i32 1
+  br label %leave
 done:
-  ret i32 0
+  br label %leave
+leave:
+  %result = phi i32 [1, %give_up], [0, %done]
+  %touched = icmp sgt i32 %renewals, 0
+  br i1 %touched, label %refresh, label %return
+refresh:
+  ; IDA goes on with this matrix: leave it the one of the point where it stands
+  %end_at = getelementptr double, ptr %frame, i64 {int(Word.END)}
+  %end = load double, ptr %end_at
+  call i32 %interpolate(ptr %memory, double %end, i32 0, ptr %dd)
+  call i32 %interpolate(ptr %memory, double %end, i32 1, ptr %ww)
+  call i32 %zero(ptr %matrix)
+  call i32 %jacobian(double %end, double %cj, ptr %dd, ptr %ww, ptr %rr, ptr %matrix,
+       ptr %frame, ptr null, ptr null, ptr null)
+  call i32 %setup(ptr %solver, ptr %matrix)
+  br label %return
+return:
+  ret i32 %result
 }}
 """
     )

@@ -32,6 +32,8 @@ MOST_STANDING = 50
 ROOT_WIDTH = 100.0
 #: Turns of the root finder before it only bisects, and in all.
 SECANTS, TURNS = 40, 150
+#: Times of points that could not be settled that are remembered.
+MOST_UNSETTLED = 1024
 _UNIT_ROUNDOFF: Final = float(np.finfo(float).eps)
 _ONE_STEP: Final = 2
 _INFINITY: Final = float("inf")
@@ -121,7 +123,12 @@ def _look() -> Function:
         f.give(flag)
     frame.call(Word.INTERPOLATE, memory, f["t"], f.operand(1, "i32"), f["yp"])
     with f.when(frame[Word.CONSISTENT].differs(0) & f["t"].differs(frame.real(Word.END))):
-        f.call("i32", "consistent", f["frame"], f["t"], f["y"], f["yp"])
+        failed = f.call("i32", "consistent", f["frame"], f["t"], f["y"], f["yp"])
+        with f.when(failed.differs(0)):
+            count = frame[Word.UNSETTLED]
+            with f.when(count < MOST_UNSETTLED):
+                f.store(frame.pointer(Word.UNSETTLED_TIMES), count, f["t"])
+            frame.set(Word.UNSETTLED, count + 1)
     f.give(0)
     return f
 
