@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import partial
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from acausal.diagnostics import Diagnostic, fail
 from acausal.results.patterns import is_pattern
@@ -64,6 +65,25 @@ class VariableSource(Protocol):
         ...
 
 
+class Dense(Protocol):
+    """The solver's own polynomials of a whole run."""
+
+    def at(
+        self, paths: Sequence[str], times: NDArray[np.float64], before: bool
+    ) -> NDArray[np.float64]:
+        """Return variables at any times, shape ``(len(times), len(paths))``.
+
+        Args:
+            paths: The variables.
+            times: Inside the run, seconds.
+            before: Whether the value before an event is meant at its time.
+
+        Raises:
+            KeyError: If there is no such variable.
+        """
+        ...
+
+
 class Ending(Enum):
     """How a simulation ended."""
 
@@ -105,6 +125,8 @@ class Result:
         ending: Whether it ran to its end.
         diagnostics: Warnings, and why it failed if it did.
         end: Where the run stood at last; None if it failed.
+        parameter_units: Unit texts of the parameters by path, where they have any.
+        dense: The solver's own polynomials, if the run has kept them.
         compiled: The compiled model it came from, which knows how components look; None for
             results that were read from files.
     """
@@ -121,6 +143,8 @@ class Result:
     ending: Ending = Ending.COMPLETE
     diagnostics: tuple[Diagnostic, ...] = ()
     end: Snapshot | None = None
+    parameter_units: Mapping[str, str] = field(default_factory=dict)
+    dense: Dense | None = field(default=None, repr=False)
     compiled: Any = field(default=None, repr=False)
 
     def __getitem__(self, path: str) -> Any:
@@ -157,7 +181,55 @@ class Result:
                 return Trajectory("time", self.times, self.times, "s", "time")
             self._no_such(path)
         source = self.variables
-        return Trajectory(path, self.times, values, source.unit(path), source.description(path))
+        curve = None if self.dense is None else partial(_column, self.dense, path)
+        return Trajectory(
+            path, self.times, values, source.unit(path), source.description(path), curve
+        )
+
+    def evaluate(self, expression: str) -> Any:
+        """Return an expression of variables and parameters over time, in the language of models.
+
+        Units are checked and carried; arrays, subscripts, conditions and the functions of the
+        language and of the library may be used, and ``der(...)`` of states.
+
+        Returns:
+            A :class:`Trajectory` in SI units; for an array a dictionary of its elements.
+
+        Raises:
+            AcausalError: ``N901`` for an unknown name, ``U1xx`` and ``T1xx`` for units, types
+                and sizes that do not fit, ``P0xx`` for what cannot be read.
+
+        Example:
+            >>> result.evaluate("c.v*r.i + 2[W]").max()
+        """
+        from acausal.results.expressions import evaluate
+
+        return evaluate(self, expression)
+
+    def at(self, time: ArrayLike, *names: str, side: str = "after") -> Any:
+        """Return variables or expressions at any time.
+
+        The solver's own polynomials give them if the run has kept them
+        (``simulate(dense=True)``), else they are linear between the stored points.
+
+        Args:
+            time: One time or several, seconds.
+            names: Paths, patterns or expressions.
+            side: Which values are meant at an event, those ``"before"`` or ``"after"`` it.
+
+        Returns:
+            A number, or an array of the shape of ``time``; for several variables a dictionary.
+
+        Raises:
+            AcausalError: ``F211`` if a time lies outside of the run, and as :meth:`evaluate`.
+
+        Example:
+            >>> result.at(0.0123, "c.v")
+        """
+        from acausal.results.expressions import chosen
+
+        found = {x.path: x(np.asarray(time), side) for x in chosen(self, names)}
+        return found[names[0]] if list(found) == list(names) and len(names) == 1 else found
 
     def find(self, *patterns: str) -> list[str]:
         """Return the paths that match any of the patterns, each once; all paths without patterns.
@@ -283,3 +355,9 @@ class Result:
                 "* stands for any text"
             ),
         )
+
+
+def _column(
+    dense: Dense, path: str, times: NDArray[np.float64], before: bool
+) -> NDArray[np.float64]:
+    return dense.at([path], times, before)[:, 0]
