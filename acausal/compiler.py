@@ -230,6 +230,7 @@ class Compiled:
         parameters: Mapping[str, float | str] | None = None,
         start: Mapping[str, float | str] | None = None,
         continue_from: Snapshot | None = None,
+        dense: bool = False,
     ) -> Result:
         """Simulate the model.
 
@@ -249,6 +250,8 @@ class Compiled:
             start: Start values of states by path, likewise; they count as fixed.
             continue_from: Where an earlier run of the same model stood (``result.end``, or a
                 stored one); this run goes on from there, with other parameters if they are given.
+            dense: Keep the integrator's own polynomials: ``result.at(t, "x")`` is then as exact
+                as the run itself at any time.
 
         Returns:
             The result; if the run failed on its way, what there is, with the reason in
@@ -268,7 +271,7 @@ class Compiled:
             interval = self.system.experiment.interval
         request = Request(
             start_time, stop_time, tolerance, solver, points, interval, variables, progress,
-            max_step, None, continue_from,
+            max_step, None, continue_from, dense,
         )  # fmt: skip
         model = self.with_values(parameters or {}, start or {})
         return replace(simulate(model.system, request), compiled=model)

@@ -14,6 +14,7 @@ from acausal.flattening.model import Ids
 from acausal.results.result import Ending, Result
 from acausal.results.snapshot import Snapshot
 from acausal.simulation.assertions import violations
+from acausal.simulation.dense import DenseRecord, DenseRun
 from acausal.simulation.event_handler import EventHandler
 from acausal.simulation.failure_places import told
 from acausal.simulation.folds import Folds
@@ -64,6 +65,8 @@ def simulate(system: System, request: Request) -> Result:
     run = Run(
         system, request, recorder, selector, tolerance, stop, begin.parameters, begin.relations
     )
+    if request.dense:
+        run.dense = DenseRecord()
     handler = EventHandler(run, start) if begin.relations is not None else None
     run.begin(start, begin.values, begin.states)
     if handler is not None and snapshot is None:
@@ -92,6 +95,10 @@ def simulate(system: System, request: Request) -> Result:
         remarks += handler.remarks
     if any(d.severity is Severity.ERROR for d in remarks) and run.ending is Ending.COMPLETE:
         run.ending = Ending.FAILED
+    dense = None
+    if run.dense is not None:
+        run.dense.flush()
+        dense = DenseRun(trajectories, run.dense.pieces) if run.dense.pieces else None
     return Result(
         system.name,
         system.description,
@@ -110,6 +117,8 @@ def simulate(system: System, request: Request) -> Result:
         run.ending,
         (*begin.warnings, *selector.warnings(), *remarks, *failure),
         end,
+        parameter_units=_ParameterUnits(system),
+        dense=dense,
     )
 
 
@@ -191,6 +200,23 @@ def _chosen(system: System, request: Request) -> Ids | None:
                  help="acausal inspect shows the variables of a model")  # fmt: skip
         ids |= {i for _, i in found}
     return np.array(sorted(ids), np.int64)
+
+
+class _ParameterUnits(dict[str, str]):
+    """Unit texts of parameters by path, found when asked for."""
+
+    def __init__(self, system: System) -> None:
+        super().__init__()
+        self._system = system
+
+    def __missing__(self, path: str) -> str:
+        names = self._system.names
+        found = names.find_parameters(path)
+        return names.parameter_unit(found[0][1]) if len(found) == 1 else ""
+
+    def get(self, path: str, default: str = "") -> str:  # type: ignore[override]
+        """Return a unit text, the default if there is none."""
+        return self[path] or default
 
 
 class _Parameters(dict[str, float]):

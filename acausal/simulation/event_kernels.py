@@ -7,7 +7,8 @@ values in it up to date.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from acausal.codegen.kernels import Kernel, compile_kernels
 from acausal.codegen.sequence import NativeSequence
 from acausal.expressions.nodes import slot
 from acausal.flattening.model import Assertion, EquationFamily, Hybrid, Ids, Operand
+from acausal.memory import Remembered
 from acausal.simulation import relation_rules
 from acausal.simulation.delays import Delays
 from acausal.simulation.relation_rules import (
@@ -30,6 +32,12 @@ from acausal.simulation.relations import Relations, RelationStates, room_for
 
 Array = NDArray[np.float64]
 Call = tuple[Kernel, NDArray[np.int32], NDArray[np.int32]]
+_T = TypeVar("_T")
+
+#: Models of up to so many variables keep index arrays for the next run.
+SHARED_UP_TO = 10_000
+#: Index arrays by hybrid part and positions.
+_shared: Remembered[dict[str, Any]] = Remembered()
 
 
 class EventKernels:
@@ -75,27 +83,31 @@ class EventKernels:
         self.first = parameters + hybrid.first
         self.held: Array = w[self.first : self.first + len(hybrid.start)]
         self.states = RelationStates(relations, w, len(w) - room_for(relations))
-        self._assignments = self._sequence(hybrid.assignments, self.first, w)
+        # Runs of a sweep differ in nothing but numbers: they share their index arrays.
+        key = (position.tobytes(), parameters, len(w))
+        small = len(position) <= SHARED_UP_TO
+        self._made: dict[str, Any] = _shared.get(hybrid, key, dict) if small else {}
+        self._assignments = self._sequence("assignments", hybrid.assignments, self.first, w)
         self._initial = (
             self._assignments
             if hybrid.initial is hybrid.assignments
-            else self._sequence(hybrid.initial, self.first, w)
+            else self._sequence("initial", hybrid.initial, self.first, w)
         )
-        self._initial_pre = self._sequence(hybrid.initial_pre, self.first, w)
-        self._limits = self._sequence(hybrid.limits, self.first, w)
+        self._initial_pre = self._sequence("initial pre", hybrid.initial_pre, self.first, w)
+        self._limits = self._sequence("limits", hybrid.limits, self.first, w)
         n = hybrid.reinits.count
         self.fires: Array = np.zeros(n)
         self.reinit_values: Array = np.zeros(n)
-        self._fires = self._sequence(hybrid.reinits.fires, 0, self.fires)
-        self._values = self._sequence(hybrid.reinits.values, 0, self.reinit_values)
+        self._fires = self._sequence("fires", hybrid.reinits.fires, 0, self.fires)
+        self._values = self._sequence("values", hybrid.reinits.values, 0, self.reinit_values)
         total = sum(t.family.count for t in hybrid.terminations)
         self.terminates: Array = np.zeros(total)
         families = [t.family for t in hybrid.terminations]
-        self._terminates = self._sequence(families, None, self.terminates)
+        self._terminates = self._sequence("terminates", families, None, self.terminates)
         self.assertions = assertions_in_whens(hybrid, assertions)
         inside = [assertions[k].family for k in self.assertions]
         self.holds: Array = np.ones(sum(f.count for f in inside))
-        self._asserted = self._sequence(inside, None, self.holds)
+        self._asserted = self._sequence("asserted", inside, None, self.holds)
         self.delays: Delays | None = None
         if len(hybrid.delay_places):
             self.delays = Delays(
@@ -123,14 +135,32 @@ class EventKernels:
             calls.append((kernel, index, target.astype(np.int32)))
         return calls
 
+    def _once(self, name: str, make: Callable[[], _T]) -> _T:
+        """Return what belongs to these positions, made by the first who needs it."""
+        if name not in self._made:
+            self._made[name] = make()
+        found: _T = self._made[name]
+        return found
+
     def _sequence(
-        self, families: Iterable[EquationFamily], first: int | None, out: Array
+        self, name: str, families: Iterable[EquationFamily], first: int | None, out: Array
     ) -> NativeSequence:
-        return NativeSequence(self._calls(list(families), first), self.w, out)
+        calls = self._once(name, lambda: self._calls(list(families), first))
+        return NativeSequence(calls, self.w, out)
 
     def _build_relations(self, relations: Relations) -> None:
         """Make the sequences that evaluate relations and apply the rules to them."""
-        states, w = self.states, self.w
+        leave, update, exactly, hold, prepare = (
+            NativeSequence(calls, self.w, self.w)
+            for calls in self._once("relations", lambda: self._relation_calls(relations))
+        )
+        self._leave, self._update, self._update_exactly = leave, update, exactly
+        self._hold_wanted, self._prepare = hold, prepare
+        self.states.next[:] = np.inf
+
+    def _relation_calls(self, relations: Relations) -> tuple[list[Call], ...]:
+        """Return the calls of leaving, updating (both ways), holding and preparing."""
+        states = self.states
         places, place = states.places, relations.place
         n = relations.count
         every = np.arange(n)
@@ -163,12 +193,10 @@ class EventKernels:
         roots = rules_of_roots(relations)
         shifts = self._rules([s for s, _ in roots], "shift", relations.root_relation)
         directions = self._rules([d for _, d in roots], "direction", relations.root_relation)
-        self._leave = NativeSequence([*differences, *leave], w, w)
-        self._update = NativeSequence([*look, *wanted], w, w)
-        self._update_exactly = NativeSequence([*look, *exact], w, w)
-        self._hold_wanted = NativeSequence(scatter, w, w)
-        self._prepare = NativeSequence([*look, *times, *shifts, *directions], w, w)
-        states.next[:] = np.inf
+        return (
+            [*differences, *leave], [*look, *wanted], [*look, *exact], scatter,
+            [*look, *times, *shifts, *directions],
+        )  # fmt: skip
 
     def _rules(self, rules: Sequence[Rule], name: str, relation: Ids | None = None) -> list[Call]:
         """Return kernel calls that apply rules and store what they give."""
@@ -188,10 +216,14 @@ class EventKernels:
 
     def root_problem(self) -> RootProblem | None:
         """Return the root functions of the relations that the solver has to watch."""
-        relations = self.states.relations
-        n = len(relations.root_relation)
+        n = len(self.states.relations.root_relation)
         if not n:
             return None
+        return RootProblem(n, self._once("roots", self._root_calls), np.zeros(n))
+
+    def _root_calls(self) -> tuple[KernelCall, ...]:
+        relations = self.states.relations
+        n = len(relations.root_relation)
         roots = np.full((2, relations.count), -1, np.int64)
         roots[relations.root_side, relations.root_relation] = np.arange(n)
         calls: list[KernelCall] = []
@@ -204,7 +236,7 @@ class EventKernels:
                 if count and target[0] >= 0:
                     calls.append(KernelCall(kernel, index, target.astype(np.int32), nothing))
             first += count
-        return RootProblem(n, tuple(calls), np.zeros(n))
+        return tuple(calls)
 
     # --- evaluation ------------------------------------------------------------------------
 

@@ -25,6 +25,7 @@ from acausal.elimination.families import variable_slots
 from acausal.expressions.linearity import split_linear
 from acausal.expressions.nodes import TIME, ZERO, Expr
 from acausal.flattening.model import EquationFamily, Hybrid, Ids
+from acausal.memory import Remembered
 
 Array = NDArray[np.float64]
 
@@ -81,8 +82,15 @@ class Relations:
         raise IndexError(relation)
 
 
+_known: Remembered[Relations] = Remembered()
+
+
 def relations_of(hybrid: Hybrid) -> Relations:
     """Return the relations of a model with what is known about them beforehand."""
+    return _known.get(hybrid.relations, (), lambda: _relations_of(hybrid))
+
+
+def _relations_of(hybrid: Hybrid) -> Relations:
     families: list[EquationFamily] = []
     slopes: list[Expr | None] = []
     kinds: list[NDArray[np.int8]] = []

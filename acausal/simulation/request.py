@@ -26,6 +26,7 @@ class Request:
         max_step: Largest step, seconds.
         kept: Ids of the variables to keep; wins over ``variables``.
         continue_from: Where an earlier run stood.
+        dense: Whether the integrator's polynomials are kept.
     """
 
     start_time: float | None = None
@@ -39,3 +40,4 @@ class Request:
     max_step: float = float("inf")
     kept: tuple[int, ...] | None = None
     continue_from: Snapshot | None = None
+    dense: bool = False

@@ -18,6 +18,7 @@ from acausal.diagnostics import AcausalError
 from acausal.flattening.model import Ids
 from acausal.results.result import Ending, Event
 from acausal.simulation.delays import Delays
+from acausal.simulation.dense import DenseRecord
 from acausal.simulation.event_kernels import EventKernels
 from acausal.simulation.labels import SystemLabels
 from acausal.simulation.output import Recorder
@@ -26,6 +27,7 @@ from acausal.simulation.request import Request
 from acausal.simulation.states import StateSelector
 from acausal.simulation.system import System
 from acausal.solvers.protocol import Integrator, Options, Statistics, Status, create
+from acausal.solvers.step_polynomial import step_polynomial
 
 Array = NDArray[np.float64]
 
@@ -85,6 +87,7 @@ class Run:
         on_new_layout: Told of every layout that is used for the first time.
         snapshots: The last few good points, time and values of all ids, if states are watched.
         spacing: Time between them, seconds.
+        dense: Collects the integrator's polynomials, if they are wanted.
     """
 
     system: System
@@ -109,6 +112,7 @@ class Run:
     time: float = 0.0
     snapshots: list[tuple[float, Array]] = field(default_factory=list)
     spacing: float = np.inf
+    dense: DenseRecord | None = None
     _in_need: float = -np.inf
 
     def assembled(self, states: Ids) -> Assembled:
@@ -224,7 +228,7 @@ class Run:
         Returns:
             Where it ended, and how many of ``times`` are stored.
         """
-        if self.selector.has_alternatives or self._delays is not None:
+        if self.selector.has_alternatives or self._delays is not None or self.dense is not None:
             return self._integrate_watching(times, limit)
         return self._integrate_through(times, limit)
 
@@ -272,6 +276,7 @@ class Run:
             ahead = limit
             if delays is not None:
                 ahead = min(limit, self.integrator.t + self._longest(delays))
+            begin = self.integrator.t
             step = self.integrator.step(ahead)
             if step.status in (Status.FAILED, Status.INTERRUPTED):
                 values = self.values()
@@ -285,6 +290,8 @@ class Run:
                     continue
                 self._end(step.status, step.failure)
                 return Reached.OVER, done
+            if self.dense is not None:
+                self._keep_polynomial(self.dense, begin)
             last = int(np.searchsorted(times, self.integrator.t, "right"))
             if last > done:
                 part = times[done:last]
@@ -316,6 +323,25 @@ class Run:
                     self.reselections += 1
         self.time = limit
         return Reached.LIMIT, done
+
+    def _keep_polynomial(self, dense: DenseRecord, begin: float) -> None:
+        assert self.integrator is not None and self.current is not None
+        end, events = self.integrator.t, self.current.events
+        polynomial = step_polynomial(self.integrator, begin, end) if end > begin else None
+        if polynomial is None:
+            return
+        held = None
+        if events is not None and self._delays is not None:
+            ends = []
+            for t in (begin, end):
+                self._show(t, self.integrator.interpolate(t), self.integrator.interpolate(t, 1))
+                self._delays.show(t, right=t == begin)
+                ends.append(events.held.copy())
+            held = ends[0], ends[1]
+        elif events is not None:
+            now = events.held.copy()
+            held = now, now
+        dense.add(self.current.observer, begin, end, polynomial, held)
 
     def _longest(self, delays: Delays) -> float:
         """Return the longest step with delays: histories have to show what they delay."""

@@ -74,12 +74,17 @@ class Trajectories:
             found = [(path, i) for path, i in found if i in kept]
         return [path for path, _ in found]
 
-    def _id(self, path: str) -> int:
+    def id_of(self, path: str) -> int:
+        """Return the id of a variable.
+
+        Raises:
+            KeyError: If there is no such variable.
+        """
         found = self.names.find_variables(path)
         if len(found) == 1:
             return found[0][1]
         if path.startswith("der(") and path.endswith(")"):
-            inside = self._id(path[4:-1])
+            inside = self.id_of(path[4:-1])
             if self.sign[inside] > 0:
                 further = int(self.derivative[self.representative[inside]])
                 if further >= 0:
@@ -92,7 +97,7 @@ class Trajectories:
         Raises:
             KeyError: If there is no such variable, or it was not kept.
         """
-        return self.values_of([self._id(path)])[:, 0]
+        return self.values_of([self.id_of(path)])[:, 0]
 
     def values_of(self, ids: Sequence[int]) -> Array:
         """Return the values of variables by id, shape ``(nt, len(ids))``.
@@ -119,12 +124,12 @@ class Trajectories:
 
     def many(self, paths: Sequence[str]) -> Array:
         """Return the values of several variables at once, shape ``(nt, len(paths))``."""
-        return self.values_of([self._id(p) for p in paths])
+        return self.values_of([self.id_of(p) for p in paths])
 
     def unit(self, path: str) -> str:
         """Return the unit text of a variable."""
         try:
-            found = self._id(path)
+            found = self.id_of(path)
         except KeyError:
             return ""
         return self.names.unit(found) if found < len(self.representative) else ""
@@ -132,7 +137,7 @@ class Trajectories:
     def description(self, path: str) -> str:
         """Return the description string of a variable."""
         try:
-            found = self._id(path)
+            found = self.id_of(path)
         except KeyError:
             return ""
         return self.names.description(found) if found < len(self.representative) else ""

@@ -34,6 +34,7 @@ from acausal.solvers.native import Frame, Word
 from acausal.solvers.native_step import MOST_UNSETTLED, Code
 from acausal.solvers.pacing import Pace, interruptible
 from acausal.solvers.protocol import Options, RunResult, Statistics, Status, StepResult
+from acausal.solvers.step_polynomial import StepPolynomial
 from acausal.solvers.sundials import binding as c
 from acausal.solvers.system import NativeSystem, native_system
 from acausal.solvers.tolerances import ida_tolerances, suppressing
@@ -412,6 +413,21 @@ class IDAIntegrator:
             if self.consistent(t, y, yp) >= 0:
                 self._scratch[:], self._scratch_p[:] = y, yp
                 return
+
+    def polynomial(self) -> StepPolynomial | None:
+        """Return the polynomial of the last step; None before the first one."""
+        if self._frame.words[Word.FRESH]:
+            return None
+        end, step, order = self._end.value, self._double("IDAGetLastStep"), c_int()
+        self._c.IDAGetLastOrder(self._memory, byref(order))
+        terms = np.empty((max(order.value, 1) + 1, self._n))
+        factor = 1.0
+        for k in range(len(terms)):
+            factor *= step / k if k else 1.0
+            if self._c.IDAGetDky(self._memory, end, k, self._vectors[2]):
+                return None
+            np.multiply(self._scratch, factor, out=terms[k])
+        return StepPolynomial(end, step, terms)
 
     def restart(
         self, t: float, y: Array, yp: Array, problem: DAEProblem | NativeSystem | None = None
