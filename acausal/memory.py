@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Iterator
 from contextlib import contextmanager
+from typing import Generic, TypeVar
+
+_T = TypeVar("_T")
 
 
 @contextmanager
@@ -31,3 +35,26 @@ def settle() -> None:
     if not gc.get_freeze_count():
         gc.freeze()
         gc.unfreeze()
+
+
+class Remembered(Generic[_T]):
+    """What was made of an object, by the object itself (not by its value) and a key.
+
+    A handful of objects is kept alive; the one that was used longest ago goes first.
+    """
+
+    def __init__(self, most: int = 16) -> None:
+        self._most = most
+        self._known: OrderedDict[tuple[int, Hashable], tuple[object, _T]] = OrderedDict()
+
+    def get(self, owner: object, key: Hashable, make: Callable[[], _T]) -> _T:
+        """Return what was made, or make it."""
+        where = (id(owner), key)
+        found = self._known.get(where)
+        if found is None:
+            found = self._known[where] = (owner, make())
+            if len(self._known) > self._most:
+                self._known.popitem(last=False)
+        else:
+            self._known.move_to_end(where)
+        return found[1]

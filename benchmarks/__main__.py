@@ -11,7 +11,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from benchmarks import chain, compile_time, compose, events, library, small_models, solve_time
+from benchmarks import (
+    chain,
+    compile_time,
+    compose,
+    events,
+    library,
+    small_models,
+    solve_time,
+    sweep,
+)
 from benchmarks.table import Table
 
 BENCHMARKS: dict[str, Callable[[bool, Callable[[str], None]], Table | list[Table]]] = {
@@ -22,6 +31,7 @@ BENCHMARKS: dict[str, Callable[[bool, Callable[[str], None]], Table | list[Table
     "chain": chain.measure,
     "events": events.measure,
     "library": library.measure,
+    "sweep": sweep.measure,
 }
 
 

@@ -11,7 +11,7 @@ import ctypes
 from collections.abc import Sequence
 from functools import cache
 from hashlib import blake2b
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,6 +99,17 @@ def address() -> int:
     return _load()
 
 
+@cache
+def _function() -> Any:
+    return _FUNCTION(_load())
+
+
+def data_of(array: NDArray[Any]) -> int:
+    """Return the address of an array's data, faster than ``array.ctypes``."""
+    address: int = array.__array_interface__["data"][0]
+    return address
+
+
 class NativeSequence:
     """Kernel calls in order, stored in an array."""
 
@@ -123,6 +134,8 @@ class NativeSequence:
         _check("out", out, np.float64, out.shape)
         self._calls = tuple(calls)
         self._w, self._out = w, out
+        # Of the sequences of a model many are empty: they cost next to nothing.
+        self._empty = not self._calls
         most = max((target.size for _, _, target in self._calls), default=0)
         self._scratch = np.zeros(most)
         self._own = np.arange(most, dtype=np.int32)
@@ -130,25 +143,26 @@ class NativeSequence:
         for record, (kernel, index, target) in zip(self._records, self._calls, strict=True):
             _check("target", target, np.int32, (target.size,), out.size)
             _check("index", index, np.int32, (kernel.m, target.size), w.size)
-            record[:] = (kernel.residual, target.size, index.ctypes.data, target.ctypes.data)
+            record[:] = (kernel.residual, target.size, data_of(index), data_of(target))
         self._table = np.array(
             [
-                w.ctypes.data, out.ctypes.data, self._scratch.ctypes.data, self._own.ctypes.data,
-                len(self._calls), self._records.ctypes.data,
+                data_of(w), data_of(out), data_of(self._scratch), data_of(self._own),
+                len(self._calls), data_of(self._records),
             ],
             np.int64,
         )  # fmt: skip
-        self._function = _FUNCTION(_load())
-        self._argument = ctypes.c_void_p(self._table.ctypes.data)
+        self._function = _function()
+        self._argument = ctypes.c_void_p(data_of(self._table))
 
     @property
     def argument(self) -> int:
         """Address of what the native function :func:`address` takes, to run this sequence."""
-        return int(self._table.ctypes.data)
+        return data_of(self._table)
 
     def run(self) -> None:
         """Evaluate and store all calls in order."""
-        self._function(self._argument)
+        if not self._empty:
+            self._function(self._argument)
 
 
 def _check(

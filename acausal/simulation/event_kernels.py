@@ -107,7 +107,7 @@ class EventKernels:
         self.assertions = assertions_in_whens(hybrid, assertions)
         inside = [assertions[k].family for k in self.assertions]
         self.holds: Array = np.ones(sum(f.count for f in inside))
-        self._asserted = self._sequence("asserted", inside, None, self.holds)
+        self._asserted = self._sequence(f"asserted {self.assertions}", inside, None, self.holds)
         self.delays: Delays | None = None
         if len(hybrid.delay_places):
             self.delays = Delays(
