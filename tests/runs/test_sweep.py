@@ -133,6 +133,8 @@ def test_tables_and_labelled_arrays(decay: Compiled) -> None:
     )
 
 
+@pytest.mark.filterwarnings("ignore::ResourceWarning")
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_on_a_cluster(decay: Compiled) -> None:
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(
