@@ -216,6 +216,48 @@ class Compiled:
             drawing.write(file)
         return drawing
 
+    def report(
+        self,
+        file: str | Path | None = None,
+        result: Result | None = None,
+        variables: Sequence[str] = (),
+        depth: int = 1,
+        run: bool = True,
+    ) -> str:
+        """Write about the model and a run of it on one web page that needs nothing else.
+
+        Args:
+            file: Where to write it, ``.html``; nowhere if None.
+            result: A run of this model; it is simulated as it says itself if None.
+            variables: Patterns of the variables to plot; the states if there are none.
+            depth: Levels of components in the schematic.
+            run: False for a page about the model alone.
+
+        Returns:
+            The page. If there is no consistent start, it says why.
+
+        Raises:
+            AcausalError: ``N901`` if a pattern matches nothing, ``F20x`` if the file cannot be
+                written.
+
+        Example:
+            >>> page = compile_file("examples/rlc.acm").report()
+        """
+        from acausal.diagnostics import AcausalError
+        from acausal.reporting.report import report_page, write_page
+
+        failure: tuple[Diagnostic, ...] = ()
+        if result is None and run:
+            try:
+                result = self.simulate()
+            except AcausalError as error:
+                failure = error.diagnostics
+        drawing = self.schematic(depth=depth)
+        page = report_page(self._all_stages(), drawing, result, variables, failure)
+        if file is not None:
+            write_page(file, page)
+        return page
+
     def simulate(
         self,
         start_time: float | None = None,

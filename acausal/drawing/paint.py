@@ -215,7 +215,8 @@ def _label(label: Label, kind: str) -> str:
     color = "currentColor" if kind == "name" else "#626d7a"
     return (
         f'<text class="{kind}" x="{_n(label.x)}" y="{_n(label.y)}" font-size="{_n(label.size)}" '
-        f'text-anchor="{label.anchor}" fill="{color}">{escape(label.text)}</text>'
+        f'text-anchor="{label.anchor}" fill="{color}" stroke="#fff" stroke-width="9" '
+        f'paint-order="stroke" stroke-linejoin="round">{escape(label.text)}</text>'
     )
 
 

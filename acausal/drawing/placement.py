@@ -49,6 +49,8 @@ class _Body:
         cells: Columns and rows that it takes, by whether it lies on its side.
         choices: Orientations with what each costs.
         pins: For each choice, port -> place about the middle and direction outwards.
+        weight: How much it is drawn downwards.
+        nets: Numbers of its nets.
     """
 
     width: float
@@ -56,7 +58,7 @@ class _Body:
     cells: tuple[tuple[int, int], tuple[int, int]]
     choices: list[tuple[Orientation, float]]
     pins: list[dict[str, Terminal]]
-    sinks: bool = False
+    weight: float = 0.0
     nets: list[int] = field(default_factory=list)
 
     def size(self, choice: int) -> tuple[int, int]:
@@ -109,13 +111,25 @@ def _body(part: Part) -> _Body:
             continue
         choices.append((orientation, penalty))
         pins.append(at)
-    return _Body(w, h, (cells(w, h), cells(h, w)), choices, pins, _sinks(part))
+    return _Body(w, h, (cells(w, h), cells(h, w)), choices, pins, _weight(part))
 
 
 def _sinks(part: Part) -> bool:
     """Tell whether a part belongs below: one cut, above in the middle, like a ground."""
     upright = list(part_pins(part, UPRIGHT).values())
     return len(upright) == 1 and upright[0][3] == -1
+
+
+def _weight(part: Part) -> float:
+    """Return how much a part is drawn downwards, upwards if negative."""
+    if _sinks(part):
+        return 0.8
+    fields = {c.field for c in part.symbol.cuts}
+    if len(part.symbol.cuts) == 1 and fields & {"mechanical.planar", "mechanical.multibody"}:
+        # What hangs hangs below what it hangs from.
+        fixed = part.class_name.rpartition(".")[2] in ("Fixed", "Anchor", "World")
+        return -0.4 if fixed else 0.4
+    return 0.0
 
 
 def _turning(part: Part, orientation: Orientation) -> float | None:
@@ -136,6 +150,9 @@ def _turning(part: Part, orientation: Orientation) -> float | None:
         # Plus above minus, left before right.
         turn = (0.0, 50.0, 20.0, 0.0)[orientation.quarters]
         return 4.0 + turn + 6.0 * orientation.mirrored
+    if any(c.field != "electrical" for c in ports):
+        # A car does not stand on its roof, nor on its bumper if that can be avoided.
+        return None if orientation.quarters == 2 else 40.0 + 100.0 * (orientation.quarters % 2)
     return 40.0 + (0.0, 50.0, 160.0, 50.0)[orientation.quarters]
 
 
@@ -272,8 +289,7 @@ class _Search:
         body = self.bodies[k]
         x, y = self.middle(k)
         cost = body.choices[self.choice[k]][1] + 0.05 * (0.5 * abs(x) + abs(y))
-        if body.sinks:
-            cost -= 0.8 * y
+        cost -= body.weight * y
         return cost
 
     def _touched(self, parts: Sequence[int], cells: Sequence[Cell]) -> list[int]:

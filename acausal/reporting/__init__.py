@@ -1,0 +1,1 @@
+"""A report about a model and its simulation as one web page."""
