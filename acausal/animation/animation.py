@@ -175,10 +175,11 @@ class Animation:
             with whole_file(file) as unfinished:
                 Path(unfinished).write_bytes(content)
             return Path(file)
-        from acausal.animation.video import write_video
+        from acausal.animation.video import gif_rate, write_video
 
         rate = _positive("fps", fps)
         assert rate is not None
+        rate = gif_rate(rate) if suffix == ".gif" else rate
         if not 16 <= width <= 4096 or not 0 <= height <= 4096:
             fail("D116", f"a picture of {width} by {height} pixels is not possible",
                  help="give a width from 16 to 4096; the height may be left out")  # fmt: skip

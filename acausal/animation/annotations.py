@@ -24,7 +24,7 @@ SHAPES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "Spring": (_END, ("radius", "coils")),
     "Damper": (_END, ("radius",)),
     "Piston": (_END, ("radius",)),
-    "Arrow": (("at", "vector"), ("scale", "width")),
+    "Arrow": (("at", "vector"), ("offset", "scale", "width", "local")),
     "Circle": (("at",), ("offset", "angle", "radius", "marked")),
     "Sphere": (("at",), ("offset", "radius")),
     "Wheel": (("at",), ("offset", "angle", "radius", "axis", "width")),
@@ -145,6 +145,11 @@ def read_shapes(value: tree.Expression | None, span: Span) -> list[Shape]:
     return [_shape(value)]
 
 
+def a(kind: str) -> str:
+    """Return the name of a shape with its article."""
+    return f"{'an' if kind[0] in 'AEIO' else 'a'} {kind}"
+
+
 def _shape(call: tree.Call) -> Shape:
     kind = str(call.function)
     if kind not in SHAPES:
@@ -156,19 +161,19 @@ def _shape(call: tree.Call) -> Shape:
     given = _named(call, kind, known)
     for name in needed:
         if name not in given:
-            fail("D112", f"a {kind} needs {name}", call.span,
+            fail("D112", f"{a(kind)} needs {name}", call.span,
                  help=f"write {kind}({', '.join(f'{n} = ...' for n in needed)})")  # fmt: skip
     return Shape(kind, given, call.span)
 
 
 def _named(call: tree.Call, kind: str, known: tuple[str, ...]) -> dict[str, tree.Expression]:
     if call.arguments:
-        fail("D112", f"the arguments of a {kind} have names", call.span,
+        fail("D112", f"the arguments of {a(kind)} have names", call.span,
              help=f"write {kind}({known[0]} = ...)")  # fmt: skip
     for argument in call.named:
         if argument.name not in known:
             close = nearest(argument.name, known)
-            fail("D112", f"a {kind} has no {argument.name}", argument.span,
+            fail("D112", f"{a(kind)} has no {argument.name}", argument.span,
                  help=f"write {close[0]}" if close else f"it has {', '.join(known)}")  # fmt: skip
     return {argument.name: argument.value for argument in call.named}
 

@@ -244,39 +244,62 @@ def _unit(wanted: Sequence[tuple[shapes.Context, Shape]]) -> float:
     """Return a length that looks small in the scene: a fiftieth of its diagonal."""
     low: Array | None = None
     high: Array | None = None
-    sizes = 0.0
+    sizes, lengths = 0.0, list[float]()
     for context, shape in wanted:
         if shape.kind == "Car":
             sizes = max(sizes, 5.0)
-        for place in shapes.places(shape, context):
+        found = shapes.places(shape, context)
+        if len(found) == 2:
+            apart = found[1].position[:, 0] - found[0].position[:, 0]
+            size = float(np.sqrt(apart @ apart))
+            lengths += [size] if size > 0 else []
+        for place in found:
             least, most = place.position.min(axis=1), place.position.max(axis=1)
             low = least if low is None else np.minimum(low, least)
             high = most if high is None else np.maximum(high, most)
     diagonal = 0.0 if low is None or high is None else float(np.sqrt(((high - low) ** 2).sum()))
-    return (min(diagonal, 6 * sizes) if sizes else diagonal or 1.0) / 55
+    if sizes:
+        return min(diagonal, 6 * sizes) / 55
+    unit = (diagonal or 1.0) / 55
+    if lengths:
+        # A chain of many links is thin.
+        unit = max(min(unit, 0.12 * float(np.median(lengths))), unit / 7)
+    return unit
 
 
 def extent_of(sprites: Sequence[Sprite], dimension: int) -> tuple[Array, Array]:
     """Return the lowest and highest coordinates that sprites reach."""
     low, high = np.full(dimension, np.inf), np.full(dimension, -np.inf)
     for sprite in sprites:
-        if sprite.kind == "trail":
-            continue
-        radius = sprite.size if sprite.kind == "ball" else 0.0
-        for part in sprite.geometry or ():
-            corners = np.asarray(part.points)
-            if sprite.kind == "stretched":
-                corners = corners[:, 2:]
-            if isinstance(part, geometry.Part) and part.stroke == "#7b8794":
-                continue
-            radius = max(radius, float(np.sqrt((corners**2).sum(axis=1)).max()))
-        ends = 2 if sprite.kind == "stretched" else 1
-        for k in range(ends):
-            channels = sprite.channels[k * dimension : (k + 1) * dimension]
-            for axis, channel in enumerate(channels):
-                low[axis] = min(low[axis], float(channel.min()) - radius)
-                high[axis] = max(high[axis], float(channel.max()) + radius)
+        if not sprite.scenery:
+            least, most = _reach(sprite, dimension)
+            low, high = np.minimum(low, least), np.maximum(high, most)
     return low, high
+
+
+def _reach(sprite: Sprite, dimension: int) -> tuple[Array, Array]:
+    # Some sixty times are enough to see how far something moves.
+    length = max(len(c) for c in sprite.channels)
+    chosen = np.unique(np.linspace(0, length - 1, 61).astype(np.int64))
+    channels = np.stack([np.broadcast_to(c, length)[chosen] for c in sprite.channels])
+    points = channels[:dimension]
+    radius = np.array(sprite.size if sprite.kind == "ball" else 0.0)
+    if sprite.kind == "stretched":
+        points = np.concatenate([points, channels[dimension : 2 * dimension]], axis=1)
+        across = [np.asarray(part.points)[:, 2:] for part in sprite.geometry or ()]
+        radius = max((np.sqrt((a**2).sum(axis=1)).max() for a in across), default=radius)
+    elif sprite.kind == "placed":
+        corners = np.concatenate([np.asarray(part.points) for part in sprite.geometry or ()])
+        ends = np.array(list(product(*zip(corners.min(axis=0), corners.max(axis=0), strict=True))))
+        if dimension == 3:
+            x, y = channels[3:6], channels[6:9]
+            axes = np.stack([x, y, np.cross(x, y, axis=0)])
+        else:
+            c, s = np.cos(channels[2]), np.sin(channels[2])
+            axes = np.array([[c, s], [-s, c]])
+        moved = points[:, None, :] + np.einsum("ka,ait->ikt", ends, axes)
+        points = moved.reshape(dimension, -1)
+    return points.min(axis=1) - radius, points.max(axis=1) + radius
 
 
 def _camera(
@@ -316,10 +339,12 @@ def _camera(
                 up = _upwards(n[:, 0])
     if "up" in given:
         up = _upwards(-values.evaluate(*given["up"])[:, 0])
-    diameter = number("width", float(np.sqrt(((high - low) ** 2).sum())))
+    diameter = number("width", 0.85 * float(np.sqrt(((high - low) ** 2).sum())))
+    half = float((np.abs(np.array(up)) * (high - low) / 2).sum())
     return Camera(
-        center, (diameter, diameter), number("azimuth", 35.0), number("elevation", 18.0), up, follow
-    )
+        center, (diameter, diameter), number("azimuth", 35.0), number("elevation", 18.0), up, follow,
+        -half - 0.01 * diameter,
+    )  # fmt: skip
 
 
 def _upwards(down: Array) -> tuple[float, float, float]:

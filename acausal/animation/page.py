@@ -54,7 +54,6 @@ def record(scene: Scene) -> dict[str, Any]:
             entry["visible"] = packed.references([sprite.visible])[0]
         sprites.append(entry)
     camera = scene.camera
-    low, high = extent_of(scene.sprites, scene.dimension)
     seen: dict[str, Any] = {
         "center": [_short(c) for c in camera.center],
         "extent": [_short(c) for c in camera.extent],
@@ -64,9 +63,9 @@ def record(scene: Scene) -> dict[str, Any]:
     }
     if scene.dimension == 3:
         seen["up"] = list(camera.up)
-        half = float((np.abs(np.array(camera.up)) * (high - low) / 2).sum())
-        seen["floor"] = _short(-half - 0.01 * camera.extent[0])
+        seen["floor"] = _short(camera.floor)
     elif camera.follow:
+        low, high = extent_of(scene.sprites, scene.dimension)
         seen["whole"] = [_short(float(x) * 1.1) for x in high - low]
     duration = float(scene.times[-1] - scene.times[0])
     return {
@@ -76,7 +75,7 @@ def record(scene: Scene) -> dict[str, Any]:
         "stop": float(scene.times[-1]),
         "n": len(scene.times),
         "speed": scene.speed,
-        "digits": max(1, min(6, 2 - int(np.floor(np.log10(duration))))) if duration < 100 else 1,
+        "digits": max(2, min(6, 2 - int(np.floor(np.log10(duration))))) if duration < 100 else 1,
         "grid": scene.grid,
         "camera": seen,
         "geometries": [[_geometry(part) for part in geometry] for geometry in geometries],

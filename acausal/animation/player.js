@@ -195,7 +195,7 @@
     const list = [];
     for (const s of scene.sprites) {
       if (!visible(s)) continue;
-      if (s.kind === "trail") { if (trails) trail(s, (k) => project([sample(s.c[0], k), sample(s.c[1], k), sample(s.c[2], k)])); continue; }
+      if (s.kind === "trail") { if (trails) trail(s, (k) => project([sample(s.c[0], k), sample(s.c[1], k), sample(s.c[2], k)]).slice(0, 2)); continue; }
       const p = [value(s.c[0]), value(s.c[1]), value(s.c[2])];
       if (s.kind === "text" || s.kind === "ball") { const q = project(p); list.push({ z: q[2] + (s.kind === "ball" ? 0.2 * s.size : cam.extent[0]), ball: s, q }); continue; }
       let place;

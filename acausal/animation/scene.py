@@ -5,7 +5,7 @@ What a player or a renderer needs and nothing else: it knows no models, classes 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,7 @@ class Sprite:
         size: Radius of a ball, duration of a trail (0: all of it), height of a text in pixels.
         text: What a text says.
         visible: Drawn where above one half; None for always.
+        scenery: It does not count for what the camera shows.
     """
 
     kind: str
@@ -42,6 +43,7 @@ class Sprite:
     size: float = 0.0
     text: str = ""
     visible: Array | None = None
+    scenery: bool = False
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,7 @@ class Camera:
         azimuth, elevation: Direction from which a scene in space is seen, degrees.
         up: The vertical in space.
         follow: Channels of the point the camera goes with, if it does.
+        floor: Height of the floor in space against the middle, metres.
     """
 
     center: tuple[float, ...]
@@ -62,6 +65,7 @@ class Camera:
     elevation: float = 18.0
     up: tuple[float, float, float] = (0.0, 0.0, 1.0)
     follow: tuple[Array, ...] = ()
+    floor: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +91,6 @@ class Scene:
     title: str = ""
     subtitle: str = ""
     grid: bool = True
-    notes: tuple[str, ...] = field(default=())
 
 
 def picture_times(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NoReturn
 
 import numpy as np
 
@@ -71,7 +72,7 @@ class Arguments:
             return default
         value = self.value(name)
         if value.ndim != 1:
-            self._wrong(name, "a number")
+            self.refuse(name, "a number")
         return float(value[0])
 
     def vector(self, name: str, default: tuple[float, ...]) -> tuple[float, ...]:
@@ -80,7 +81,7 @@ class Arguments:
             return default
         value = self.value(name)
         if value.ndim != 2:
-            self._wrong(name, "a vector")
+            self.refuse(name, "a vector")
         return tuple(float(x) for x in value[:, 0])
 
     def place(self, name: str) -> Place:
@@ -99,21 +100,13 @@ class Arguments:
             place = self._moved(place, self.value("offset"))
         if c.dimension == 3 and place.dimension == 2:
             position = stacked([*place.position, np.zeros(1)])
-            return Place(position, None, _turned(place.angle))
+            return Place(position, None, _axes_at(place.angle))
         return Place(place.position[:2], place.angle) if c.dimension == 2 else place
 
     def _moved(self, place: Place, offset: Array) -> Place:
         if offset.ndim != 2 or len(offset) != place.dimension:
-            self._wrong("offset", f"a vector of {place.dimension} numbers")
-        if place.axes is not None:
-            moved = place.position + (place.axes * offset[:, None, :]).sum(axis=0)
-        elif place.angle is not None:
-            c, s = np.cos(place.angle), np.sin(place.angle)
-            turned = stacked([c * offset[0] - s * offset[1], s * offset[0] + c * offset[1]])
-            moved = place.position + turned
-        else:
-            moved = place.position + offset
-        return Place(moved, place.angle, place.axes)
+            self.refuse("offset", f"a vector of {place.dimension} numbers")
+        return Place(place.position + turned(place, offset), place.angle, place.axes)
 
     def color(self, default: str) -> str:
         """Return the colour as ``#rrggbb``."""
@@ -141,12 +134,27 @@ class Arguments:
         """Return where the shape is drawn; None for always."""
         return self.value("visible") if self.has("visible") else None
 
-    def _wrong(self, name: str, expected: str) -> None:
+    def refuse(self, name: str, expected: str) -> NoReturn:
+        """Refuse an argument.
+
+        Raises:
+            AcausalError: ``D113``.
+        """
         fail("D113", f"{name} of a {self.shape.kind} is not {expected}",
              self.shape.arguments[name].span)  # fmt: skip
 
 
-def _turned(angle: Array | None) -> Array | None:
+def turned(place: Place, vector: Array) -> Array:
+    """Return a vector that is seen from a frame as the world sees it; points have no directions."""
+    if place.axes is not None and len(vector) == 3:
+        return np.asarray((place.axes * vector[:, None, :]).sum(axis=0))
+    if place.angle is not None:
+        c, s = np.cos(place.angle), np.sin(place.angle)
+        return stacked([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]])
+    return vector
+
+
+def _axes_at(angle: Array | None) -> Array | None:
     if angle is None:
         return None
     c, s, zero, one = np.cos(angle), np.sin(angle), np.zeros(1), np.ones(1)
@@ -184,7 +192,8 @@ def sprites(shape: Shape, context: Context) -> list[Sprite]:
         size: float = 0.0, text: str = "",
     ) -> Sprite:  # fmt: skip
         return Sprite(
-            kind, channels, look, context.prefix, layer, color, size, text, a.visible()
+            kind, channels, look, context.prefix, layer, color, size, text, a.visible(),
+            shape.kind in ("Wall", "Trail"),
         )
 
     def stretched(look: geometry.Outline | solids.Solid) -> list[Sprite]:
@@ -268,9 +277,12 @@ def frame_channels(a: Arguments, space: bool, more: float = 0.0) -> tuple[Array,
 def _arrow(
     a: Arguments, sprite: Callable[..., Sprite], u: float, color: str, space: bool
 ) -> list[Sprite]:
-    at, vector = a.place("at").position, a.value("vector")
+    place, vector = a.place("at"), a.value("vector")
     if vector.ndim != 2 or len(vector) < 2:
-        a._wrong("vector", "a vector")
+        a.refuse("vector", "a vector")
+    if a.flag("local"):
+        vector = turned(place, vector)
+    at = place.position
     vector = stacked([*vector, np.zeros(1)]) if space and len(vector) == 2 else vector[: len(at)]
     size = np.sqrt((vector**2).sum(axis=0))
     largest = float(size.max())
@@ -289,7 +301,7 @@ def _polygon(
 ) -> list[Sprite]:
     points = a.value("points")
     if points.ndim != 3 or points.shape[1] != 2:
-        a._wrong("points", "a list of points {{x, y}, {x, y}, {x, y}}")
+        a.refuse("points", "a list of points {{x, y}, {x, y}, {x, y}}")
     corners = [(float(x), float(y)) for x, y in points[:, :, 0]]
     return placed(geometry.polygon(corners, color))
 

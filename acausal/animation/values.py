@@ -136,6 +136,9 @@ class Values:
             s = self.find(f"{path}.s")
             if s is not None and s.ndim == 1:
                 return Place(s[None])
+            phi = self.find(f"{path}.phi")
+            if phi is not None and phi.ndim == 1:
+                return Place(np.zeros((1, 1)), phi)
         value = self.evaluate(expression, prefix, loop)
         if value.ndim == 1:
             return Place(value[None])
