@@ -137,9 +137,7 @@ class Trajectory:
             AcausalError: ``F211`` if a time lies outside the simulated interval.
         """
         wanted = np.atleast_1d(np.asarray(times, dtype=np.float64))
-        return Trajectory(
-            self.path, wanted, self(wanted), self.unit, self.description, self.curve
-        )
+        return Trajectory(self.path, wanted, self(wanted), self.unit, self.description, self.curve)
 
     def to(self, unit: str) -> Trajectory:
         """Return the variable in another unit of the same quantity.
@@ -254,11 +252,12 @@ class Trajectory:
     def __abs__(self) -> Trajectory:
         return arithmetic.absolute(self)
 
-    def _with(self, sign: str, left: Any, right: Any) -> Any:
+    def _with(self, sign: str, left: Any, right: Any) -> Trajectory:
         other = right if left is self else left
-        if isinstance(other, np.ndarray) and other.ndim:
-            return arithmetic.arrays(sign, left, right)
-        return arithmetic.combined(sign, left, right)
+        plain = isinstance(other, np.ndarray) and other.ndim > 0
+        operation = arithmetic.arrays if plain else arithmetic.combined
+        result: Trajectory = operation(sign, left, right)
+        return result
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows."""

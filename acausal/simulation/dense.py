@@ -1,19 +1,24 @@
 """The integrator's own polynomials of a whole run, and every variable at any time from them.
 
-A piece is an accepted step, or the part of one up to an event. ``y`` and ``y'`` are its polynomials;
-everything else is computed from them by the equations, as at stored points.
+A piece is an accepted step, or the part of one up to an event. Its polynomials give the
+differential unknowns; the algebraic ones and the derivatives are then made to solve the equations,
+and everything else is computed, all as at stored points.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from acausal.assembly.observe import Held, Observer
+from acausal.assembly.problem import DAEProblem
+from acausal.codegen.driver import NativeProblem
 from acausal.simulation.trajectories import Trajectories
+from acausal.solvers.consistent_point import ConsistentPoint
 from acausal.solvers.step_polynomial import StepPolynomial
 
 Array = NDArray[np.float64]
@@ -28,6 +33,8 @@ class Pieces:
 
     Attributes:
         observer: Computes variables.
+        system: The equations that algebraic unknowns have to solve; None if there are no
+            such unknowns, or if the equations look back to delayed values.
         begin, end: Where each piece is used, seconds, shape ``(m,)``.
         reference, step: Origin and scale of its polynomial, seconds, shape ``(m,)``.
         terms: Coefficients of ``y``, rising powers, shape ``(m, 6, n)``.
@@ -36,6 +43,7 @@ class Pieces:
     """
 
     observer: Observer
+    system: NativeProblem[DAEProblem] | None
     begin: Array
     end: Array
     reference: Array
@@ -65,7 +73,28 @@ class Pieces:
             low, high = self.held[0, which], self.held[1, which]
             values = np.where(low == high, low, low + part * (high - low))
             held = Held(values, np.arange(len(times)))
+        if self.system is not None:
+            self._settle(self.system, inside, y, yp, held, inside == self.reference[which])
         return self.observer.values(ids, times, y, yp, held)
+
+    @cached_property
+    def _point(self) -> ConsistentPoint:
+        assert self.system is not None
+        return ConsistentPoint(self.system)
+
+    def _settle(
+        self, system: NativeProblem[DAEProblem], times: Array, y: Array, yp: Array, held: Held | None,
+        solved: NDArray[np.bool_],
+    ) -> None:  # fmt: skip
+        """Let points solve the equations; those at the end of a step do already."""
+        w, layout = system.problem.w, self.observer.layout
+        first = layout.parameters + self.observer.first_held
+        w[layout.parameters : layout.observables] = self.observer.parameters
+        for k in np.flatnonzero(~solved).tolist():
+            if held is not None:
+                w[first : layout.observables] = held.values[k]
+            # Where it does not converge the polynomial stands, as in the run.
+            self._point.solve(float(times[k]), y[k], yp[k])
 
 
 @dataclass
@@ -74,6 +103,7 @@ class DenseRecord:
 
     pieces: list[Pieces] = field(default_factory=list)
     _observer: Observer | None = None
+    _system: NativeProblem[DAEProblem] | None = None
     _spans: list[tuple[float, float, float, float]] = field(default_factory=list)
     _terms: list[Array] = field(default_factory=list)
     _slopes: list[Array] = field(default_factory=list)
@@ -82,6 +112,7 @@ class DenseRecord:
     def add(
         self,
         observer: Observer,
+        system: NativeProblem[DAEProblem] | None,
         begin: float,
         end: float,
         polynomial: StepPolynomial,
@@ -91,6 +122,7 @@ class DenseRecord:
 
         Args:
             observer: Computes variables.
+            system: See :class:`Pieces`.
             begin: Seconds.
             end: Seconds, after ``begin``.
             polynomial: Of the step.
@@ -98,7 +130,7 @@ class DenseRecord:
         """
         if observer is not self._observer:
             self.flush()
-            self._observer = observer
+            self._observer, self._system = observer, system
         terms, slopes = polynomial.terms, polynomial.slopes
         if slopes is None:
             slopes = terms[1:] * (np.arange(1.0, len(terms)) / polynomial.step)[:, None]
@@ -118,7 +150,7 @@ class DenseRecord:
             held = np.array([[low for low, _ in self._held], [high for _, high in self._held]])
         self.pieces.append(
             Pieces(
-                self._observer, spans[:, 0], spans[:, 1], spans[:, 2], spans[:, 3],
+                self._observer, self._system, spans[:, 0], spans[:, 1], spans[:, 2], spans[:, 3],
                 _padded(self._terms), _padded(self._slopes), held,
             )
         )  # fmt: skip

@@ -341,7 +341,10 @@ class Run:
         elif events is not None:
             now = events.held.copy()
             held = now, now
-        dense.add(self.current.observer, begin, end, polynomial, held)
+        native = self.current.native
+        looks_back = events is not None and events.delays is not None
+        settled = bool(np.all(native.problem.differential)) or looks_back
+        dense.add(self.current.observer, None if settled else native, begin, end, polynomial, held)
 
     def _longest(self, delays: Delays) -> float:
         """Return the longest step with delays: histories have to show what they delay."""
