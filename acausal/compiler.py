@@ -202,7 +202,8 @@ class Compiled:
             The drawing: ``.svg`` is its text, a notebook shows it.
 
         Raises:
-            AcausalError: ``F111`` for a depth below 1, and as :meth:`Drawing.write`.
+            AcausalError: ``F111`` for a depth below 1, ``F112`` for very many parts, and as
+                :meth:`Drawing.write`.
 
         Example:
             >>> drawing = compile_file("examples/rlc.acm").schematic()
@@ -252,8 +253,7 @@ class Compiled:
                 result = self.simulate()
             except AcausalError as error:
                 failure = error.diagnostics
-        drawing = self.schematic(depth=depth)
-        page = report_page(self._all_stages(), drawing, result, variables, failure)
+        page = report_page(self._all_stages(), result, variables, depth, failure)
         if file is not None:
             write_page(file, page)
         return page

@@ -103,7 +103,6 @@ def command(
                 code = EXIT_PARTIAL
             elif result.ending is Ending.INTERRUPTED:
                 code = EXIT_INTERRUPTED
-    drawing = compiled.schematic(depth=depth)
-    write_page(target, report_page(compiled._all_stages(), drawing, result, variables, failure))
+    write_page(target, report_page(compiled._all_stages(), result, variables, depth, failure))
     click.echo(f"{target}: {target.stat().st_size / 1024:.0f} kB")
     return code

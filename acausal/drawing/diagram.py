@@ -88,6 +88,11 @@ class Diagram:
     nets: tuple[Net, ...]
 
 
+def parts_of(shown: Diagram) -> int:
+    """Return the number of parts, those inside of others too."""
+    return sum(1 + (parts_of(p.inside) if p.inside is not None else 0) for p in shown.parts)
+
+
 def diagram(template: Template, depth: int = 1) -> Diagram:
     """Return what a schematic of a class shows.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from html import escape
@@ -143,12 +144,24 @@ class _Painter:
 
 
 def _boxed(shown: Symbol) -> Symbol:
-    """Write the class and the ports into the box of a class without a drawing."""
+    """Write the class into the box of a class without a drawing, a word in a line."""
     left, _, right, _ = shown.extent
-    words = shown.name.rpartition(".")[2]
     inset = 0.12 * (right - left)
+    name = shown.name.rpartition(".")[2]
+    lines: list[str] = []
+    for word in re.findall(r"[A-Z]?[^A-Z]+|[A-Z]+(?![a-z])", name) or [name]:
+        if lines and len(lines[-1]) + len(word) <= 10:
+            lines[-1] += word
+        else:
+            lines.append(word)
+    lines = lines[:4]
     graphics: list[Graphic] = [Rectangle(shown.extent, radius=10.0)]
-    graphics.append(Text((left + inset, -22.0, right - inset, 22.0), words, italic=True))
+    width, height = right - left - 2 * inset, 38.0
+    size = min(0.85 * height, width / (0.58 * max(map(len, lines)))) / 2
+    for k, line in enumerate(lines):
+        y = (len(lines) - 1) / 2 * height - k * height
+        box = (left + inset, y - height / 2, right - inset, y + height / 2)
+        graphics.append(Text(box, line, size=size, italic=True))
     return Symbol(shown.name, tuple(graphics), shown.ports, shown.cuts, shown.extent, shown.drawn)
 
 

@@ -140,6 +140,9 @@ def _turning(part: Part, orientation: Orientation) -> float | None:
         return None
     if part.inner and orientation != Orientation(0, True):
         return None
+    if part.class_name.startswith("vehicle."):
+        # A car does not stand on its bumper, and a wheel has the road below.
+        return 20.0 if orientation == Orientation(0, True) else None
     ports = part.symbol.cuts
     signals = sum(c.shape in ("in", "out") for c in ports)
     if signals and signals == len(ports):  # a block: to the left in a feedback, else upright
@@ -151,7 +154,6 @@ def _turning(part: Part, orientation: Orientation) -> float | None:
         turn = (0.0, 50.0, 20.0, 0.0)[orientation.quarters]
         return 4.0 + turn + 6.0 * orientation.mirrored
     if any(c.field != "electrical" for c in ports):
-        # A car does not stand on its roof, nor on its bumper if that can be avoided.
         return None if orientation.quarters == 2 else 40.0 + 100.0 * (orientation.quarters % 2)
     return 40.0 + (0.0, 50.0, 160.0, 50.0)[orientation.quarters]
 

@@ -152,9 +152,10 @@ class _Grid:
     def take_out(self, k: int) -> None:
         for edge in self.edges[k]:
             self.used[edge].discard(k)
-        for nodes in (self.corner, self.straight):
-            for members in nodes.values():
-                members.discard(k)
+        for node in {n for edge in self.edges[k] for n in edge}:
+            for nodes in (self.corner, self.straight):
+                if node in nodes:
+                    nodes[node].discard(k)
         for end in self.nets[k]:
             self.corner[self.node(end)].add(k)
         self.edges[k] = set()

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from acausal.diagnostics import fail
-from acausal.drawing.diagram import diagram
+from acausal.drawing.diagram import diagram, parts_of
 from acausal.drawing.layout import Layout, lay_out
 from acausal.drawing.paint import paint
 
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from acausal.instantiation.template import Template
 
 SUFFIXES = (".svg", ".png")
+#: Parts of the largest schematic.
+MOST_PARTS = 300
 
 
 @dataclass(frozen=True)
@@ -68,11 +70,20 @@ def schematic(template: Template, depth: int = 1, title: str = "") -> Drawing:
         title: What the picture is called; the name of the class if empty.
 
     Raises:
-        AcausalError: ``F111`` for a depth below 1.
+        AcausalError: ``F111`` for a depth below 1, ``F112`` for more than :data:`MOST_PARTS`.
     """
     if depth < 1:
         fail("F111", f"a schematic has no depth of {depth}", help="the least is 1")
-    return Drawing(title or template.name, lay_out(diagram(template, depth)))
+    shown = diagram(template, depth)
+    count = parts_of(shown)
+    if count > MOST_PARTS:
+        fail(
+            "F112",
+            f"a schematic of {count} parts is nothing that a person can read",
+            notes=[f"at most {MOST_PARTS} parts are drawn; an array counts as one"],
+            help="put components together in classes of their own, or in arrays",
+        )
+    return Drawing(title or template.name, lay_out(shown))
 
 
 def _png(svg: str, scale: float) -> bytes:

@@ -8,8 +8,9 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from acausal.diagnostics import Diagnostic
+from acausal.diagnostics import AcausalError, Diagnostic
 from acausal.drawing.paint import paint
+from acausal.drawing.schematic import schematic
 from acausal.inspection.summary import summary
 from acausal.reporting import model_sections, run_sections
 from acausal.reporting.html import Section
@@ -18,7 +19,6 @@ from acausal.results.result import Ending
 from acausal.version import __version__
 
 if TYPE_CHECKING:
-    from acausal.drawing.schematic import Drawing
     from acausal.inspection.inspect import Compilation
     from acausal.results.result import Result
 
@@ -28,9 +28,9 @@ SUFFIXES = (".html", ".htm")
 
 def report_page(
     stages: Compilation,
-    drawing: Drawing | None = None,
     result: Result | None = None,
     patterns: Sequence[str] = (),
+    depth: int = 1,
     failure: Sequence[Diagnostic] = (),
 ) -> str:
     """Return the page about a model.
@@ -39,9 +39,9 @@ def report_page(
 
     Args:
         stages: What the compiler has made of the model.
-        drawing: Its schematic.
         result: A run of it; without one the page is about the model alone.
         patterns: Variables to plot; the states if there are none.
+        depth: Levels of components in the schematic.
         failure: Why there is no result, if one was wanted.
 
     Raises:
@@ -58,7 +58,7 @@ def report_page(
         events = [run_sections.events(result)]
         run = [run_sections.solver(result), run_sections.data(result)]
     parts = [
-        _schematic(drawing),
+        _schematic(stages, depth),
         *plots,
         model_sections.parameters(stages),
         *states,
@@ -86,13 +86,23 @@ def write_page(path: str | os.PathLike[str], page: str) -> None:
         Path(unfinished).write_text(page, encoding="utf-8")
 
 
-def _schematic(drawing: Drawing | None) -> Section:
-    if drawing is None or not drawing.layout.nets:
-        return Section("schematic", "Schematic", "")
+def _schematic(stages: Compilation, depth: int) -> Section:
+    flattened = stages.flattened
+    assert flattened is not None
+    title = "Schematic"
+    try:
+        drawing = schematic(flattened.numbering.groups[-1].template, depth)
+    except AcausalError as error:
+        if error.diagnostics[0].code != "F112":
+            raise
+        note = escape(error.diagnostics[0].message)
+        return Section("schematic", title, f'<p class="note">Not drawn: {note}.</p>')
+    if not drawing.layout.nets:
+        return Section("schematic", title, "")
     picture = paint(drawing.layout, drawing.title, styled=False)
     left, top, right, bottom = drawing.layout.box
     tall = ' class="tall"' if bottom - top > 0.9 * (right - left) else ""
-    return Section("schematic", "Schematic", f"<figure{tall}>{picture}</figure>")
+    return Section("schematic", title, f"<figure{tall}>{picture}</figure>")
 
 
 def _document(title: str, about: str, head: str, sections: Sequence[Section]) -> str:

@@ -178,6 +178,17 @@ def test_depth_shows_what_components_are_made_of():
         compiled.schematic(depth=0)
 
 
+def test_a_model_of_very_many_components_is_refused_and_reported_without_a_schematic():
+    parts = "".join(f"  Resistor r{k};\n" for k in range(302))
+    wires = "".join(f"  connect(r{k}.n, r{k + 1}.p);\n" for k in range(301))
+    text = f"import electrical.*;\nmodel Many\n{parts}  Ground g;\nequation\n{wires}"
+    compiled = ac.compile_text(text + "  connect(r0.p, r301.n, g.p);\nend Many;\n")
+    with pytest.raises(AcausalError) as caught:
+        compiled.schematic()
+    assert caught.value.diagnostics[0].code == "F112"
+    assert "Not drawn: a schematic of 303 parts" in compiled.report(run=False)
+
+
 def test_turning_four_times_is_nothing():
     drawing = symbol(library_class("electrical.Resistor"))
     once = turned(drawing, ORIENTATIONS[1])
