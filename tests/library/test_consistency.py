@@ -38,23 +38,6 @@ ALIKE: dict[tuple[str, str], str] = dict.fromkeys(
     ),
     "an input has the name that OnePort gives to its voltage or current",
 )
-#: Pairs that still want a common base. The list may only become shorter.
-WITHOUT_BASE: frozenset[tuple[str, str]] = frozenset(
-    tuple(sorted((f"{package}.{a}", f"{package}.{b}")))
-    for package, pairs in {
-        "mechanical.multibody": "TransformAbsoluteVector-TransformRelativeVector Body-PartialShape "
-        "PointMass-PartialShape PartialAbsoluteSensor-PartialRelativeSensor",
-        "mechanical.planar": "PartialAbsoluteSensor-PartialForceless "
-        "PartialResolvedBetweenFrames-RelativeForce",
-        "mechanical.rotational": "Inerter-PartialCompliant BearingFriction-FrictionTorque "
-        "Inerter-PartialCompliantWithRelativeStates Brake-Clutch "
-        "PartialCompliant-PartialCompliantWithRelativeStates",
-        "mechanical.translational": "Inerter-PartialCompliant SupportFriction-FrictionForce "
-        "Inerter-PartialCompliantWithRelativeStates Brake-Clutch "
-        "PartialCompliant-PartialCompliantWithRelativeStates",
-    }.items()
-    for a, b in (pair.split("-") for pair in pairs.split())
-)
 
 
 @pytest.fixture(scope="module")
@@ -237,7 +220,7 @@ def _inherits(a: ClassDef, b: ClassDef) -> bool:
 def test_no_equations_are_copied(classes: list[ClassDef]) -> None:
     models = [c for c in classes if c.kind in ("model", "block", "class")]
     found = _copied(models)
-    assert {p: e for p, e in found.items() if p not in ALIKE and p not in WITHOUT_BASE} == {}
+    assert {p: e for p, e in found.items() if p not in ALIKE} == {}
 
 
 def test_copies_would_be_seen() -> None:
