@@ -51,19 +51,20 @@ def sweep(
         >>> len(study)
         6
     """
-    points = grid(values) if samples is None else sampled(values, samples, seed)
-    return simulate_many(compiled, points, **options)
+    cases = grid(values) if samples is None else sampled(values, samples, seed)
+    return simulate_many(compiled, cases, **options)
 
 
 def simulate_many(
     compiled: Compiled,
-    points: Iterable[Point] | Any,
+    cases: Iterable[Point] | Any,
+    /,
     *,
     start_time: float | None = None,
     stop_time: float | None = None,
     tolerance: float | None = None,
     solver: str = "ida",
-    output_points: int | None = None,
+    points: int | None = None,
     interval: float | None = None,
     variables: Sequence[str] | None = None,
     max_step: float = float("inf"),
@@ -79,14 +80,14 @@ def simulate_many(
 
     Args:
         compiled: The model.
-        points: Dictionaries of values by parameter path (``start(path)`` for a start value), or
-            a pandas data frame.
+        cases: Points: dictionaries of values by parameter path (``start(path)`` for a start
+            value), or a pandas data frame.
         start_time: Seconds; this and the following as in
             :meth:`~acausal.compiler.Compiled.simulate`.
         stop_time: Seconds.
         tolerance: Relative tolerance.
         solver: Name of the integrator.
-        output_points: Number of equidistant output points of each run.
+        points: Number of equidistant output points of each run.
         interval: Distance of output points, seconds.
         variables: Patterns of the variables to keep; everything by default.
         max_step: Largest step, seconds.
@@ -102,13 +103,13 @@ def simulate_many(
         AcausalError: ``N901`` for variables that do not exist, ``F140`` to ``F142`` for points,
             stores and schedulers that cannot be used, ``R010`` for impossible times.
     """
-    given = as_points(points if hasattr(points, "columns") else list(points))
+    given = as_points(cases if hasattr(cases, "columns") else list(cases))
     system = compiled.system
-    if interval is None and output_points is None:
+    if interval is None and points is None:
         interval = system.experiment.interval
     ids = _ids(compiled, variables)
     request = Request(
-        start_time, stop_time, tolerance, solver, output_points, interval, None, None, max_step,
+        start_time, stop_time, tolerance, solver, points, interval, None, None, max_step,
         None if variables is None else ids,
     )  # fmt: skip
     job = Job(compiled.changed_values(), request, ids)

@@ -119,14 +119,14 @@ def test_a_store_of_another_study_is_refused(decay: Compiled, tmp_path: Path) ->
 
 
 def test_tables_and_labelled_arrays(decay: Compiled) -> None:
-    study = sweep(decay, {"a": [1.0, 2.0, 60.0]}, stop_time=1.0, output_points=11, variables=["x"])
+    study = sweep(decay, {"a": [1.0, 2.0, 60.0]}, stop_time=1.0, points=11, variables=["x"])
     frame = study.to_pandas()
     assert frame["a"].tolist() == [1.0, 2.0, 60.0]
     assert frame["ending"].tolist() == ["complete", "complete", "failed"]
     data = study.to_xarray()
     assert data["x"].shape == (3, 11)
     assert data["x"].sel(time=1.0).values[:2] == pytest.approx(np.exp([-1, -2]), rel=1e-4)
-    again = simulate_many(decay, frame[["a"]], stop_time=1.0, output_points=11, variables=["x"])
+    again = simulate_many(decay, frame[["a"]], stop_time=1.0, points=11, variables=["x"])
     assert np.array_equal(again.final("x"), study.final("x"), equal_nan=True)
     assert study.reduced("x", lambda t, x: x[0] - x[-1])[0] == pytest.approx(
         1 - np.exp(-1), rel=1e-4
