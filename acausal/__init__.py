@@ -72,6 +72,9 @@ if TYPE_CHECKING:
     from acausal.compose.model import Model
     from acausal.compose.modifiers import mod
     from acausal.diagnostics import AcausalError
+    from acausal.netlists.chains import chain
+    from acausal.netlists.graphs import from_graph
+    from acausal.netlists.spice.reader import read_spice
     from acausal.results.files import read_result
     from acausal.results.result import Result
 
@@ -91,6 +94,12 @@ _HOMES |= dict.fromkeys(("simulate_many", "sweep"), "acausal.runs.sweep")
 _HOMES |= {"Study": "acausal.runs.study"}
 _HOMES |= {"Animation": "acausal.animation.animation"}
 _HOMES |= dict.fromkeys(("Snapshot", "read_snapshot"), "acausal.results.snapshot")
+# Models made of data.
+_HOMES |= {
+    "chain": "acausal.netlists.chains",
+    "from_graph": "acausal.netlists.graphs",
+    "read_spice": "acausal.netlists.spice.reader",
+}
 # Models composed in Python.
 _HOMES |= dict.fromkeys(("Component", "Connector"), "acausal.compose.component")
 _HOMES |= {

@@ -42,6 +42,7 @@ ORDER = (
     "runs",
     "compose",
     "library",
+    "netlists",
     "cli",
     "__main__",
 )

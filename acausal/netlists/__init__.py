@@ -1,0 +1,1 @@
+"""Models made of data: graphs, chains, SPICE netlists."""
