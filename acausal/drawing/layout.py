@@ -55,7 +55,7 @@ def lay_out(diagram: Diagram) -> Layout:
     start = stress_layout(diagram)
     for seed in range(attempts):
         placed = place(diagram, start, seed)
-        placed = _lone_parts(diagram, placed)
+        placed = _lone_parts(diagram, _terminals_outside(diagram, placed))
         wires, cost = route(
             [part_box(p, at) for p, at in zip(parts, placed, strict=True)],
             [_ends(net, parts, placed) for net in diagram.nets],
@@ -101,6 +101,28 @@ def _ends(net: Net, parts: tuple[Part, ...], placed: list[Placed]) -> list[End]:
         x, y, dx, dy = part_pins(parts[pin.part], at.orientation)[pin.port]
         found.append(End(round(at.x + x, 1), round(at.y + y, 1), dx, dy))
     return found
+
+
+def _terminals_outside(diagram: Diagram, placed: list[Placed]) -> list[Placed]:
+    """Put cuts of the model itself left and right of everything else, near to where they were."""
+    used = {pin.part for net in diagram.nets for pin in net.pins}
+    others = [k for k in used if not diagram.parts[k].terminal]
+    boxes = [part_box(diagram.parts[k], placed[k]) for k in others]
+    if not boxes:
+        return placed
+    ends = min(b[0] for b in boxes) - _BESIDE, max(b[2] for b in boxes) + _BESIDE
+    result = list(placed)
+    taken: set[tuple[bool, float]] = set()
+    for k in sorted(used, key=lambda k: (placed[k].y, k)):
+        if not diagram.parts[k].terminal:
+            continue
+        right = diagram.parts[k].symbol.cuts[0].position[0] < 0
+        y = placed[k].y
+        while any(side == right and abs(y - other) < 70 for side, other in taken):
+            y += 70
+        taken.add((right, y))
+        result[k] = Placed(ends[right], y, UPRIGHT)
+    return result
 
 
 def _lone_parts(diagram: Diagram, placed: list[Placed]) -> list[Placed]:

@@ -50,6 +50,7 @@ class _Body:
         choices: Orientations with what each costs.
         pins: For each choice, port -> place about the middle and direction outwards.
         weight: How much it is drawn downwards.
+        aside: How much it is drawn to the left.
         nets: Numbers of its nets.
     """
 
@@ -59,6 +60,7 @@ class _Body:
     choices: list[tuple[Orientation, float]]
     pins: list[dict[str, Terminal]]
     weight: float = 0.0
+    aside: float = 0.0
     nets: list[int] = field(default_factory=list)
 
     def size(self, choice: int) -> tuple[int, int]:
@@ -111,7 +113,7 @@ def _body(part: Part) -> _Body:
             continue
         choices.append((orientation, penalty))
         pins.append(at)
-    return _Body(w, h, (cells(w, h), cells(h, w)), choices, pins, _weight(part))
+    return _Body(w, h, (cells(w, h), cells(h, w)), choices, pins, _weight(part), _aside(part))
 
 
 def _sinks(part: Part) -> bool:
@@ -130,6 +132,13 @@ def _weight(part: Part) -> float:
         fixed = part.class_name.rpartition(".")[2] in ("Fixed", "Anchor", "World")
         return -0.4 if fixed else 0.4
     return 0.0
+
+
+def _aside(part: Part) -> float:
+    """Return how much a part is drawn to the left, to the right if negative."""
+    if not part.terminal:
+        return 0.0
+    return 0.4 if part.symbol.cuts[0].position[0] > 0 else -0.4
 
 
 def _turning(part: Part, orientation: Orientation) -> float | None:
@@ -291,7 +300,7 @@ class _Search:
         body = self.bodies[k]
         x, y = self.middle(k)
         cost = body.choices[self.choice[k]][1] + 0.05 * (0.5 * abs(x) + abs(y))
-        cost -= body.weight * y
+        cost -= body.weight * y - body.aside * x
         return cost
 
     def _touched(self, parts: Sequence[int], cells: Sequence[Cell]) -> list[int]:

@@ -189,6 +189,15 @@ def test_a_model_of_very_many_components_is_refused_and_reported_without_a_schem
     assert "Not drawn: a schematic of 303 parts" in compiled.report(run=False)
 
 
+def test_cuts_of_a_model_stand_at_its_sides():
+    layout = ac.compile_file(EXAMPLES / "quarter_car.acm", "RoadStep").schematic(depth=2).layout
+    inside = next(i for i in layout.insides if i is not None)
+    ends = [p.x for part, p in zip(inside.parts, inside.placed, strict=True) if part.terminal]
+    rest = [p.x for part, p in zip(inside.parts, inside.placed, strict=True) if not part.terminal]
+    assert len(ends) == 2
+    assert all(x < min(rest) or x > max(rest) for x in ends)
+
+
 def test_turning_four_times_is_nothing():
     drawing = symbol(library_class("electrical.Resistor"))
     once = turned(drawing, ORIENTATIONS[1])
