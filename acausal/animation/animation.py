@@ -90,8 +90,8 @@ class Animation:
         call = f"{kind}({', '.join(f'{name} = {text}' for name, text in texts.items())})"
         if kind not in SHAPES:
             close = nearest(kind, list(SHAPES))
-            fail("D111", f"there is no shape {kind}",
-                 help=f"write {close[0]}" if close else f"the shapes are {', '.join(SHAPES)}")  # fmt: skip
+            known = f"the shapes are {', '.join(SHAPES)}"
+            fail("D111", f"there is no shape {kind}", help=f"write {close[0]}" if close else known)
         self._own += read_shapes(parsed := parse_expression(call, "<Animation>"), parsed.span)
         return self
 
@@ -139,7 +139,8 @@ class Animation:
         if self._drawn is None:
             self._drawn = Drawn() if self._model is None else _drawn(self._model)
         if not self._own and self._model is None:
-            fail("D115", f"the result of {self.result.model_name} does not know how its components look",
+            name = self.result.model_name
+            fail("D115", f"the result of {name} does not know how its components look",
                  notes=["a result that was read from a file, or of a sweep, holds numbers only"],
                  help="give the compiled model: Animation(result, compiled), or add shapes: "
                  ".circle(at=('x', 'y'))")  # fmt: skip
@@ -160,7 +161,8 @@ class Animation:
         Args:
             file: Its suffix chooses the format.
             fps: Pictures per second of a GIF or MP4. GIFs know hundredths of seconds only.
-            width, height: Size of a GIF or MP4 in pixels; the height follows the scene if 0.
+            width: Pixels of a GIF or MP4.
+            height: Likewise; it follows the scene if 0.
 
         Raises:
             AcausalError: ``F201`` unknown suffix, ``F202`` cannot write, ``F205`` for MP4 without
@@ -175,15 +177,17 @@ class Animation:
             with whole_file(file) as unfinished:
                 Path(unfinished).write_bytes(content)
             return Path(file)
-        from acausal.animation.video import gif_rate, write_video
+        from acausal.animation import video
 
         rate = _positive("fps", fps)
         assert rate is not None
-        rate = gif_rate(rate) if suffix == ".gif" else rate
+        rate = video.gif_rate(rate) if suffix == ".gif" else rate
         if not 16 <= width <= 4096 or not 0 <= height <= 4096:
             fail("D116", f"a picture of {width} by {height} pixels is not possible",
                  help="give a width from 16 to 4096; the height may be left out")  # fmt: skip
-        write_video(self.scene(rate, 3000), file, rate, width, height)
+        finer = video.TIMES_PER_PICTURE
+        scene = self.scene(finer * rate, finer * video.MOST_PICTURES)
+        video.write_video(scene, file, rate, width, height)
         return Path(file)
 
     def _repr_html_(self) -> str:
@@ -214,7 +218,8 @@ def animate(
         model: The compiled model, if the result does not know it.
         fps: Pictures per second of a GIF or MP4.
         speed: Simulated seconds per second.
-        width, height: Size of a GIF or MP4 in pixels.
+        width: Pixels of a GIF or MP4.
+        height: Likewise; it follows the scene if 0.
         title: Text above.
         camera: Arguments of the camera.
 

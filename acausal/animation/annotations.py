@@ -92,6 +92,8 @@ def drawing(definition: ClassDef) -> Drawing:
             shapes += [shape for shape in inherited.shapes if shape not in shapes]
             camera |= inherited.camera
             components = components and inherited.components
+    if any(part.name == ("inherit",) and _false(part) for part in _parts(definition)):
+        shapes, camera, components = [], {}, True
     for part in _parts(definition):
         name = ".".join(part.name)
         if name == "shapes":
@@ -101,8 +103,7 @@ def drawing(definition: ClassDef) -> Drawing:
         elif name == "components" and isinstance(part.value, tree.BooleanLiteral):
             components = part.value.value
         elif name == "inherit" and isinstance(part.value, tree.BooleanLiteral):
-            if not part.value.value:
-                shapes = [shape for own in _own(definition) for shape in own]
+            continue
         else:
             fail("D112", f"an animation has no part {name} of this form", part.span,
                  help="it has shapes = {...}, camera = Camera(...), components = false and "
@@ -117,10 +118,8 @@ def _parts(definition: ClassDef) -> Iterator[tree.Modifier]:
                 yield from modifier.nested
 
 
-def _own(definition: ClassDef) -> Iterator[list[Shape]]:
-    for part in _parts(definition):
-        if part.name == ("shapes",):
-            yield read_shapes(part.value, part.span)
+def _false(part: tree.Modifier) -> bool:
+    return isinstance(part.value, tree.BooleanLiteral) and not part.value.value
 
 
 def read_shapes(value: tree.Expression | None, span: Span) -> list[Shape]:
@@ -137,8 +136,12 @@ def read_shapes(value: tree.Expression | None, span: Span) -> list[Shape]:
     if isinstance(value, tree.ArrayLiteral):
         return [shape for element in value.elements for shape in read_shapes(element, span)]
     if not isinstance(value, tree.Call):
-        fail("D111", "something in an animation is no shape", span if value is None else value.span,
-             help="write shapes = {Rod(from = frame_a, to = frame_b), Circle(at = frame_a)}")  # fmt: skip
+        fail(
+            "D111",
+            "something in an animation is no shape",
+            span if value is None else value.span,
+            help="write shapes = {Rod(from = frame_a, to = frame_b), Circle(at = frame_a)}",
+        )
     if value.indices:
         fail("D111", "a shape has no loop of its own", value.span,
              help="write {Circle(at = frame[k]) for k in 1:3}")  # fmt: skip
@@ -154,8 +157,9 @@ def _shape(call: tree.Call) -> Shape:
     kind = str(call.function)
     if kind not in SHAPES:
         close = nearest(kind, list(SHAPES))
+        every = f"the shapes are {', '.join(SHAPES)}"
         fail("D111", f"there is no shape {kind}", call.span,
-             help=f"write {close[0]}" if close else f"the shapes are {', '.join(SHAPES)}")  # fmt: skip
+             help=f"write {close[0]}" if close else every)  # fmt: skip
     needed, allowed = SHAPES[kind]
     known = (*needed, *allowed, *COMMON)
     given = _named(call, kind, known)

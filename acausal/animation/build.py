@@ -171,9 +171,7 @@ def build_scene(
     along = row.place if row is not None else (lambda path, place: place)
     wanted = [(replace(c, dimension=dimension, along=along), s) for c, s in wanted]
     unit = _unit(wanted)
-    sprites = [
-        sprite for c, s in wanted for sprite in shapes.sprites(s, replace(c, unit=unit))
-    ]
+    sprites = [sprite for c, s in wanted for sprite in shapes.sprites(s, replace(c, unit=unit))]
     if row is not None:
         sprites += _bars(row, wanted, unit)
     sprites.sort(key=lambda sprite: sprite.layer)
@@ -220,9 +218,7 @@ def _row(
     return side_by_side([Part(path, nodes[path], path in fixed) for path in order], positions)
 
 
-def _bars(
-    row: Row, wanted: Sequence[tuple[shapes.Context, Shape]], unit: float
-) -> list[Sprite]:
+def _bars(row: Row, wanted: Sequence[tuple[shapes.Context, Shape]], unit: float) -> list[Sprite]:
     """Return lines across where parts lie side by side."""
     found: dict[str, Array] = {}
     for context, shape in wanted:
@@ -234,7 +230,9 @@ def _bars(
                 found[row.node_of.get(path, "")] = row.place(path, place).position[0]
     look = geometry.line(3.0, geometry.DARK)
     return [
-        Sprite("stretched", (found[n], np.full(1, low), found[n], np.full(1, high)), look, layer=0.05)
+        Sprite(
+            "stretched", (found[n], np.full(1, low), found[n], np.full(1, high)), look, layer=0.05
+        )
         for n, low, high in row.bars
         if n in found
     ]
@@ -342,7 +340,8 @@ def _camera(
     diameter = number("width", 0.85 * float(np.sqrt(((high - low) ** 2).sum())))
     half = float((np.abs(np.array(up)) * (high - low) / 2).sum())
     return Camera(
-        center, (diameter, diameter), number("azimuth", 35.0), number("elevation", 18.0), up, follow,
+        center, (diameter, diameter), number("azimuth", 35.0), number("elevation", 18.0), up,
+        follow,
         -half - 0.01 * diameter,
     )  # fmt: skip
 
@@ -353,5 +352,3 @@ def _upwards(down: Array) -> tuple[float, float, float]:
         return (0.0, 0.0, 1.0)
     x, y, z = (float(-c / size) + 0.0 for c in down)
     return (x, y, z)
-
-

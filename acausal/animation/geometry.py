@@ -122,7 +122,8 @@ def box(length: float, width: float, color: str) -> Outline:
     return (
         Part(((-a, -b), (a, -b), (a, b), (-a, b)), color, darker(color)),
         Part(
-            ((-a * 0.94, b * 0.55), (a * 0.94, b * 0.55), (a * 0.94, b * 0.85), (-a * 0.94, b * 0.85)),
+            ((-a * 0.94, b * 0.55), (a * 0.94, b * 0.55),
+             (a * 0.94, b * 0.85), (-a * 0.94, b * 0.85)),
             mixed(color, "#ffffff", 0.3),
         ),
     )  # fmt: skip
@@ -150,7 +151,10 @@ def gear(radius: float, teeth: int, color: str, inside: bool = False) -> Outline
             rr = radius + r * depth / 2
             corners.append((rr * math.cos(angle), rr * math.sin(angle)))
     if inside:
-        return (Part(tuple(corners), "", darker(color), 2.0), Part(disc(radius * 1.12, 64), "", color, 6.0))
+        return (
+            Part(tuple(corners), "", darker(color), 2.0),
+            Part(disc(radius * 1.12, 64), "", color, 6.0),
+        )
     mark = Part(((0.0, 0.0), (radius * 0.8, 0.0)), "", darker(color), 3.0, False)
     hub = Part(disc(radius * 0.2, 20), PALE, darker(color))
     return (Part(tuple(corners), color, darker(color)), mark, hub)  # fmt: skip
@@ -184,7 +188,9 @@ def car(front: float, rear: float, width: float, color: str) -> Outline:
         return (*points, *((x, -y) for x, y in reversed(points)))
 
     x = [-tail + (nose + tail) * k for k in (0, 0.05, 0.3, 0.62, 0.75, 0.95, 1)]
-    shell = outline((x[0], w * 0.72), (x[1], w * 0.93), (x[2], w), (x[3], w), (x[5], w * 0.84), (x[6], w * 0.5))
+    shell = outline(
+        (x[0], w * 0.72), (x[1], w * 0.93), (x[2], w), (x[3], w), (x[5], w * 0.84), (x[6], w * 0.5)
+    )
     roof = outline((x[2], w * 0.74), (x[3] - 0.1 * wheelbase, w * 0.72))
     screen = outline((x[3] - 0.08 * wheelbase, w * 0.72), (x[3] + 0.06 * wheelbase, w * 0.84))
     window = outline((x[2] - 0.16 * wheelbase, w * 0.8), (x[2] - 0.02 * wheelbase, w * 0.74))

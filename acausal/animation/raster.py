@@ -7,12 +7,14 @@ distance from the viewer, shaded by their direction.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from acausal.animation.geometry import Part, mixed
 from acausal.animation.scene import Array, Scene, Sprite
+from acausal.animation.solids import Mesh
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -32,10 +34,10 @@ def picture_size(scene: Scene, width: int, height: int) -> tuple[int, int]:
     return width - width % 2, height - height % 2
 
 
-def pictures(scene: Scene, width: int, height: int) -> Iterator[Image]:
-    """Draw the scene at each of its times."""
+def pictures(scene: Scene, width: int, height: int, stride: int = 1) -> Iterator[Image]:
+    """Draw the scene at each of its times, or at some: trails pass through all of them."""
     painter = _Painter(scene, width * _FINER, height * _FINER)
-    for k in range(len(scene.times)):
+    for k in range(0, len(scene.times), stride):
         yield painter.picture(k).reduce(_FINER)
 
 
@@ -111,7 +113,9 @@ class _Painter:
             self._parts(sprite, lambda p: p @ basis + a)
 
     def _parts(self, sprite: Sprite, place: Callable[[Array], Array]) -> None:
-        for part, points in zip(sprite.geometry or (), self.corners[id(sprite.geometry)], strict=True):
+        for part, points in zip(
+            sprite.geometry or (), self.corners[id(sprite.geometry)], strict=True
+        ):
             assert isinstance(part, Part)
             corners = [tuple(p) for p in self._screen(place(points)).tolist()]
             if part.fill and len(corners) > 2:
@@ -121,8 +125,9 @@ class _Painter:
                 if part.width < 0:
                     self._dashed(corners[0], corners[-1], part.stroke, width)
                 else:
-                    self.draw.line([*corners, *corners[: 1 + part.closed][:2]] if part.closed else corners,
-                                   fill=part.stroke, width=width, joint="curve")  # fmt: skip
+                    # A closed line goes on along its first side, so that its corner is round too.
+                    line = [*corners, *corners[:2]] if part.closed else corners
+                    self.draw.line(line, fill=part.stroke, width=width, joint="curve")
 
     def _dashed(self, a: Any, b: Any, color: str, width: int) -> None:
         first, last = np.array(a), np.array(b)
@@ -162,7 +167,7 @@ class _Painter:
                 self.draw.line(points[a : b + 1], fill=color, width=width, joint="curve")
 
     def _text(self, x: float, y: float, text: str, size: float, color: str, anchor: str) -> None:
-        pixels = max(6, round(size * self.px))
+        pixels = round(max(size * self.px, 12 * _FINER))
         if pixels not in self.fonts:
             self.fonts[pixels] = self.font(pixels)
         self.draw.text((x, y), text, fill=color, font=self.fonts[pixels], anchor=anchor)
@@ -205,7 +210,7 @@ class _Painter:
             elif sprite.kind in ("ball", "text"):
                 q = self._project(c[None, :3])[0]
                 near = 0.2 * sprite.size if sprite.kind == "ball" else self.scene.camera.extent[0]
-                faces.append((q[2] + near, len(faces), lambda s=sprite, q=q: self._ball(s, q)))
+                faces.append((q[2] + near, len(faces), partial(self._ball, sprite, q)))
             else:
                 self._solid(sprite, c, faces)
         faces.sort(key=lambda face: face[:2])
@@ -226,8 +231,10 @@ class _Painter:
             f = least - (e @ least) * e
             f = f / np.sqrt(f @ f)
             basis = np.array([d, e, f, np.cross(e, f)])
-        for mesh, points in zip(sprite.geometry or (), self.corners[id(sprite.geometry)], strict=True):
-            assert not isinstance(mesh, Part)
+        for mesh, points in zip(
+            sprite.geometry or (), self.corners[id(sprite.geometry)], strict=True
+        ):
+            assert isinstance(mesh, Mesh)
             at = self._project(points @ basis + c[:3])
             for face in mesh.faces:
                 p = at[list(face)]
@@ -235,8 +242,8 @@ class _Painter:
                 z = float(p[:, 2].mean())
                 if mesh.lines:
                     width = max(1, round(mesh.width * self.px))
-                    faces.append((z, len(faces), lambda q=corners, w=width, m=mesh: self.draw.line(
-                        q, fill=m.color, width=w, joint="curve")))  # fmt: skip
+                    stroke = partial(self.draw.line, corners, mesh.color, width, "curve")
+                    faces.append((z, len(faces), stroke))
                     continue
                 x, y = p[:, 0], p[:, 1]
                 if float((np.roll(x, 1) * y - x * np.roll(y, 1)).sum()) >= 0:
@@ -248,8 +255,7 @@ class _Painter:
                 normal = np.cross(a, b)
                 size = float(np.sqrt(normal @ normal)) or 1.0
                 color = shaded(mesh.color, 0.62 + 0.5 * max(0.0, float(normal @ _LIGHT) / size))
-                faces.append((z, len(faces), lambda q=corners, col=color: self.draw.polygon(
-                    q, fill=col, outline=col)))  # fmt: skip
+                faces.append((z, len(faces), partial(self.draw.polygon, corners, color, color)))
 
     def _ball(self, sprite: Sprite, q: Array) -> None:
         if sprite.kind == "text":

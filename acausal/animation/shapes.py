@@ -1,4 +1,4 @@
-"""Shapes of annotations become sprites: arguments are evaluated, sizes that nobody gave are chosen."""
+"""Shapes of annotations become sprites: arguments are evaluated, missing sizes are chosen."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from acausal.diagnostics import fail
 from acausal.syntax import tree
 
 _LAYERS = {
-    "Trail": -3.0, "Wall": -2.0, "Ground": -1.0, "Car": 0.5, "Tyre": 0.0, "Spring": 0.2, "Damper": 0.1,
-    "Rod": 1.0, "Line": 0.9, "Piston": 1.0, "Box": 1.1, "Gear": 1.2, "Wheel": 1.2, "Polygon": 1.1,
-    "Circle": 2.0, "Sphere": 2.0, "Joint": 3.0, "Arrow": 4.0, "Text": 5.0,
+    "Trail": -3.0, "Wall": -2.0, "Ground": -1.0, "Car": 0.5, "Tyre": 0.0, "Spring": 0.2,
+    "Damper": 0.1, "Rod": 1.0, "Line": 0.9, "Piston": 1.0, "Box": 1.1, "Gear": 1.2, "Wheel": 1.2,
+    "Polygon": 1.1, "Circle": 2.0, "Sphere": 2.0, "Joint": 3.0, "Arrow": 4.0, "Text": 5.0,
 }  # fmt: skip
 _COLORS = {
-    "Spring": "#6c7a88", "Damper": "#6c7a88", "Line": "#56636f", "Joint": "#39434d", "Arrow": NAMED["red"],
-    "Trail": NAMED["orange"], "Text": "#4b5763", "Cylinder": NAMED["orange"],
+    "Spring": "#6c7a88", "Damper": "#6c7a88", "Line": "#56636f", "Joint": "#39434d",
+    "Arrow": NAMED["red"], "Trail": NAMED["orange"], "Text": "#4b5763",
+    "Cylinder": NAMED["orange"],
 }  # fmt: skip
 
 
@@ -117,14 +118,19 @@ class Arguments:
             text = given.value
             if text in NAMED:
                 return NAMED[text]
-            if len(text) == 7 and text[0] == "#" and all(x in "0123456789abcdefABCDEF" for x in text[1:]):
+            if (
+                len(text) == 7
+                and text[0] == "#"
+                and all(x in "0123456789abcdefABCDEF" for x in text[1:])
+            ):
                 return text.lower()
         elif isinstance(given, tree.ArrayLiteral):
             parts = self.vector("color", ())
             if len(parts) == 3 and all(0 <= p <= 255 for p in parts):
                 return "#" + "".join(f"{round(p):02x}" for p in parts)
         fail("D113", f"this is no colour of a {self.shape.kind}", given.span,
-             help=f"use one of {', '.join(NAMED)}, \"#rrggbb\", or {{red, green, blue}} up to 255")  # fmt: skip
+             help=f"use one of {', '.join(NAMED)}, \"#rrggbb\", or "
+             "{red, green, blue} up to 255")  # fmt: skip
 
     def flag(self, name: str) -> bool:
         """Return whether a Boolean is true at the first instant."""
@@ -192,7 +198,15 @@ def sprites(shape: Shape, context: Context) -> list[Sprite]:
         size: float = 0.0, text: str = "",
     ) -> Sprite:  # fmt: skip
         return Sprite(
-            kind, channels, look, context.prefix, layer, color, size, text, a.visible(),
+            kind,
+            channels,
+            look,
+            context.prefix,
+            layer,
+            color,
+            size,
+            text,
+            a.visible(),
             shape.kind in ("Wall", "Trail"),
         )
 
@@ -210,7 +224,9 @@ def sprites(shape: Shape, context: Context) -> list[Sprite]:
         if not isinstance(given, tree.StringLiteral):
             fail("D113", "text of a Text is not a text", given.span, help='write text = "name"')
         return [
-            sprite("text", tuple(a.place("at").position), size=a.number("size", 13.0), text=given.value)
+            sprite(
+                "text", tuple(a.place("at").position), size=a.number("size", 13.0), text=given.value
+            )
         ]
     if kind == "Arrow":
         return _arrow(a, sprite, u, color, space)
@@ -219,11 +235,15 @@ def sprites(shape: Shape, context: Context) -> list[Sprite]:
     match kind:
         case "Line":
             dashed = a.flag("dashed")
-            return stretched(geometry.line(a.number("thickness", 2.0) * (-1 if dashed else 1), color))
+            return stretched(
+                geometry.line(a.number("thickness", 2.0) * (-1 if dashed else 1), color)
+            )
         case "Rod":
             return stretched(geometry.rod(a.number("width", 1.5 * u), color))
         case "Spring":
-            return stretched(geometry.spring(a.number("radius", 1.5 * u), round(a.number("coils", 7)), color))
+            return stretched(
+                geometry.spring(a.number("radius", 1.5 * u), round(a.number("coils", 7)), color)
+            )
         case "Damper":
             return stretched(geometry.damper(a.number("radius", 1.3 * u), color))
         case "Piston":
@@ -238,7 +258,9 @@ def sprites(shape: Shape, context: Context) -> list[Sprite]:
             look = geometry.gear(abs(radius), teeth, color, radius < 0)
             return placed(look, a.number("phase", 0.0) * 2 * np.pi / teeth)
         case "Box":
-            return placed(geometry.box(a.number("length", 5 * u), a.number("width", 3.4 * u), color))
+            return placed(
+                geometry.box(a.number("length", 5 * u), a.number("width", 3.4 * u), color)
+            )
         case "Tyre":
             return placed(geometry.tyre(a.number("radius", 2 * u), a.number("width", 1.2 * u)))
         case "Car":
@@ -296,9 +318,7 @@ def _arrow(
     return [Sprite(made.kind, made.channels, look, made.name, made.layer, color, visible=seen)]
 
 
-def _polygon(
-    a: Arguments, placed: Callable[..., list[Sprite]], color: str
-) -> list[Sprite]:
+def _polygon(a: Arguments, placed: Callable[..., list[Sprite]], color: str) -> list[Sprite]:
     points = a.value("points")
     if points.ndim != 3 or points.shape[1] != 2:
         a.refuse("points", "a list of points {{x, y}, {x, y}, {x, y}}")
@@ -314,10 +334,14 @@ def _solid(
         case "Line":
             return stretched(solids.line(color, a.number("thickness", 2.0)))
         case "Rod" | "Piston":
-            width = a.number("width", 1.2 * u) if a.has("width") else 2 * a.number("radius", 0.6 * u)
+            width = (
+                a.number("width", 1.2 * u) if a.has("width") else 2 * a.number("radius", 0.6 * u)
+            )
             return stretched(solids.rod(width / 2, color))
         case "Spring":
-            return stretched(solids.spring(a.number("radius", 1.5 * u), round(a.number("coils", 8)), color))
+            return stretched(
+                solids.spring(a.number("radius", 1.5 * u), round(a.number("coils", 8)), color)
+            )
         case "Damper":
             return stretched(solids.damper(a.number("radius", 0.9 * u), color))
         case "Circle" | "Sphere":
@@ -338,10 +362,10 @@ def _solid(
             radius = a.number("radius", 0.9 * u)
             if not a.has("axis"):
                 return [sprite("ball", tuple(a.place("at").position), size=radius)]
-            axis = np.asarray(a.vector("axis", (0.0, 0.0, 1.0)))
-            axis = axis / max(float(np.sqrt(axis @ axis)), 1e-300)
-            begin = tuple(float(x) for x in -1.5 * radius * axis)
-            return placed(solids.cylinder(begin, tuple(axis), 3 * radius, radius, color))
+            line = np.asarray(a.vector("axis", (0.0, 0.0, 1.0)))
+            line = line / max(float(np.sqrt(line @ line)), 1e-300)
+            begin = [float(x) for x in -1.5 * radius * line]
+            return placed(solids.cylinder(begin, line.tolist(), 3 * radius, radius, color))
         case "Box":
             direction = a.vector("direction", (1.0, 0.0, 0.0))
             length = a.number("length", 5 * u)
@@ -365,5 +389,5 @@ def _solid(
             ]  # fmt: skip
         case kind:
             fail("D113", f"a {kind} cannot be drawn in space", a.shape.span,
-                 help="use Line, Rod, Spring, Damper, Sphere, Box, Cylinder, Wheel, Joint, Arrow or "
-                 "Trail")  # fmt: skip
+                 help="use Line, Rod, Spring, Damper, Sphere, Box, Cylinder, Wheel, Joint, Arrow "
+                 "or Trail")  # fmt: skip

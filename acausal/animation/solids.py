@@ -1,8 +1,8 @@
 """Solids in space as meshes of flat faces, in the same two manners as outlines in the plane.
 
-A *placed* mesh has corners ``(x, y, z)`` seen from a frame; a *stretched* one ``(u, w, p, q)``: ``u``
-of the way between two points plus ``w`` metres, ``p`` and ``q`` metres across. Corners of a face
-go counter-clockwise seen from outside.
+A *placed* mesh has corners ``(x, y, z)`` seen from a frame; a *stretched* one ``(u, w, p, q)``:
+``u`` of the way between two points plus ``w`` metres, ``p`` and ``q`` metres across. Corners of a
+face go counter-clockwise seen from outside.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def _tube(rings: Sequence[tuple[Point, float]], color: str, lift: bool) -> tuple
         for k in range(SIDES):
             a = 2 * math.pi * k / SIDES
             points.append((u, w, radius * math.cos(a), radius * math.sin(a)))
-    faces = []
+    faces: list[tuple[int, ...]] = []
     for ring in range(len(rings) - 1):
         for k in range(SIDES):
             i, j = ring * SIDES + k, ring * SIDES + (k + 1) % SIDES
@@ -178,10 +178,10 @@ def wheel(axis: Sequence[float], radius: float, width: float, color: str) -> Sol
             faces.append((i, j, j + n, i + n))
     parts = [Mesh(tuple(rims), tuple(faces), rubber)]
     for side, first in ((-0.35, 0), (0.35, 3 * n)):
+        inwards = (side - (0.5 if side > 0 else -0.5)) * width * along
         inner = tuple(
-            tuple(float(c) for c in np.asarray(rims[first + k]) + (side - (0.5 if side > 0 else -0.5)) * width * along)
-            for k in range(n)
-        )  # fmt: skip
+            tuple(float(c) for c in np.asarray(rims[first + k]) + inwards) for k in range(n)
+        )
         middle = tuple(float(c) for c in side * width * along)
         for share in (0, 1):
             sectors = []

@@ -116,7 +116,7 @@ class Values:
         if len(self.result.times) < 2:
             return np.repeat(values[:1], len(self.times), axis=0)
         part = self._part[:, None]
-        return values[self._left] * (1 - part) + values[self._left + 1] * part
+        return np.asarray(values[self._left] * (1 - part) + values[self._left + 1] * part)
 
     def place(self, expression: tree.Expression, prefix: str, loop: Mapping[str, int]) -> Place:
         """Return the point or frame that an expression means in the component ``prefix``.
@@ -297,7 +297,7 @@ def _base(name: str) -> str:
 def _shaped(path: str, names: list[str], values: Array) -> Array:
     """Return the rows of ``values`` as the array that the subscripts of their names tell."""
     if names == [path]:
-        return values[0]
+        return np.asarray(values[0])
     last = names[-1][len(path) :].strip("[]").split(",")
     shape = tuple(int(n) for n in last if n.isdecimal())
     if int(np.prod(shape)) != len(names):

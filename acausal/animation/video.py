@@ -18,6 +18,12 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 
+#: A scene for a video knows this many times for each picture, so that trails are smooth.
+TIMES_PER_PICTURE = 4
+#: Most pictures of a video.
+MOST_PICTURES = 3000
+
+
 def gif_rate(fps: float) -> float:
     """Return the nearest rate a GIF can have: it counts hundredths of seconds, two at least."""
     return 100.0 / max(2, round(100.0 / fps))
@@ -29,10 +35,11 @@ def write_video(
     """Write a scene as GIF or MP4, as the suffix says.
 
     Args:
-        scene: The scene, with a picture for each frame.
+        scene: The scene, with :data:`TIMES_PER_PICTURE` times for each picture.
         file: Where to.
         fps: Frames per second.
-        width, height: Pixels; a height of 0 follows the scene.
+        width: Pixels.
+        height: Pixels; 0 follows the scene.
 
     Raises:
         AcausalError: ``F202`` cannot write, ``F205`` if ``imageio-ffmpeg`` is missing for MP4.
@@ -55,7 +62,7 @@ def write_video(
         )  # fmt: skip
         writer.send(None)
         try:
-            for image in pictures(scene, *size):
+            for image in pictures(scene, *size, TIMES_PER_PICTURE):
                 writer.send(np.ascontiguousarray(image).tobytes())
         finally:
             writer.close()
@@ -64,7 +71,7 @@ def write_video(
 def _gif(scene: Scene, fps: float, width: int, height: int) -> bytes:
     from PIL import Image
 
-    frames = list(pictures(scene, width, height))
+    frames = list(pictures(scene, width, height, TIMES_PER_PICTURE))
     # One palette for all, from pictures over the whole time: colours do not flicker.
     samples = [frames[round(k * (len(frames) - 1) / 5)] for k in range(6)]
     sheet = Image.new("RGB", (width, height * len(samples)))

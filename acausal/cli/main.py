@@ -27,6 +27,7 @@ COMMANDS = {
     "inspect": ("inspect", "Show what each stage of the compiler made of a model."),
     "schematic": ("schematic", "Draw a model as a schematic diagram."),
     "report": ("model_report", "Write a report about a model and its run as one web page."),
+    "animate": ("animate", "Animate a model as a web page, GIF or MP4."),
     "list": ("listing", "Show what the component library contains."),
     "reference": ("reference", "Write the reference of the component library as web pages."),
     "messages": ("messages", "Tell what message codes mean."),
