@@ -89,7 +89,7 @@ class _Painter:
         for label in layout.names:
             yield _label(label, "name")
         for label in layout.notes:
-            yield _label(label, "note")
+            yield _label(label, "elements")
 
     def frame(self, layout: Layout, k: int, inside: Layout, path: str) -> Iterator[str]:
         part, at = layout.parts[k], layout.placed[k]

@@ -59,7 +59,8 @@ def _figure(result: Result, paths: list[str]) -> Figure:
         one = len(trajectories) == 1
         ax.set_title((trajectories[0].path if one else "") + shown, fontsize=10, loc="left")
         if not one:
-            ax.legend(fontsize="small", framealpha=0.8)
+            beside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0)} if len(by_unit) < 3 else {}
+            ax.legend(fontsize="small", framealpha=0.8, **beside)
         ax.grid(visible=True, alpha=0.3)
         ax.margins(x=0)
         ax.spines[["top", "right"]].set_visible(False)
