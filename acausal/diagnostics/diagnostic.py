@@ -67,17 +67,7 @@ class AcausalError(Exception):
         return render(self).rstrip()
 
     def _render_traceback_(self) -> list[str]:
-        """Return what IPython and Jupyter show: the user's own line, and the message."""
-        import traceback
-        from pathlib import Path
-
-        own = str(Path(__file__).parents[1])
-        frames = traceback.extract_tb(self.__traceback__)
-        lines = traceback.format_list([f for f in frames if not f.filename.startswith(own)][-1:])
-        return [*"".join(lines).splitlines(), *str(self).splitlines()]
-
-    def _render_traceback_(self) -> list[str]:
-        """Return the lines that IPython shows; it asks for them by this name."""
+        """Return what IPython and Jupyter show: the user's own lines, and the message."""
         from acausal.diagnostics.notebook import rendered
 
         return rendered(self)

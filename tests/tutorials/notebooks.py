@@ -28,7 +28,7 @@ METADATA = {
     "kernelspec": {"display_name": "Python 3", "language": "python", "name": "python3"},
     "language_info": {"name": "python"},
 }
-_COLOUR = re.compile(r"\x1b\[[\d;]*m")
+COLOUR = re.compile(r"\x1b\[[\d;]*m")
 
 
 def read(path: Path) -> NotebookNode:
@@ -95,12 +95,12 @@ def stored_form(notebook: NotebookNode) -> NotebookNode:
 
 
 def small_png(text: str) -> str:
-    """Return a picture, base64, with a palette of 64 colours: plots need a third of the bytes."""
+    """Return a picture, base64, with a palette: plots need half of the bytes."""
     picture = Image.open(io.BytesIO(base64.b64decode(text)))
     if picture.mode == "P":
         return text
     buffer = io.BytesIO()
-    picture.convert("RGB").quantize(64).save(buffer, "PNG", optimize=True)
+    picture.convert("RGB").quantize(256).save(buffer, "PNG", optimize=True)
     return base64.b64encode(buffer.getvalue()).decode()
 
 
@@ -110,7 +110,7 @@ def texts(notebook: NotebookNode) -> list[tuple[int, str]]:
     for k, cell in enumerate(notebook.cells):
         for output in cell.get("outputs", ()):
             text = output.get("text") or output.get("data", {}).get("text/plain", "")
-            found.append((k, _COLOUR.sub("", text).strip()))
+            found.append((k, COLOUR.sub("", text).strip()))
     return found
 
 

@@ -12,7 +12,16 @@ import pytest
 from jupyter_client import KernelManager
 from nbformat import v4
 
-from tests.tutorials.notebooks import FOLDER, NOTEBOOKS, execute, kernel, read, stored_form, texts
+from tests.tutorials.notebooks import (
+    COLOUR,
+    FOLDER,
+    NOTEBOOKS,
+    execute,
+    kernel,
+    read,
+    stored_form,
+    texts,
+)
 
 FORMULA = re.compile(r"\$\$.*?\$\$|\$.*?\$", re.S)
 NAMES = [path.stem for path in NOTEBOOKS]
@@ -77,10 +86,16 @@ def test_a_kernel_shows_mistakes_at_the_line_of_their_cell(manager: KernelManage
     """A part that is wrong may have been made in an earlier cell than the one that compiles."""
     notebook = v4.new_notebook(cells=[v4.new_code_cell(source) for source in CELLS])
     execute(notebook, manager, allow_errors=True)
-    shown = [
-        [o.evalue for o in cell.outputs if o.output_type == "error"] for cell in notebook.cells
-    ]
-    assert shown[0] == shown[2] == []
-    (unknown,), (unit,) = shown[1], shown[3]
-    assert "error[N103]" in unknown and " 3 | m.r = el.Resistor(r=100)" in unknown
-    assert "error[U102]" in unit and re.search(r"^ +1 \| m\.r = el\.Resistor\($", unit, re.M)
+    errors = [[o for o in cell.outputs if o.output_type == "error"] for cell in notebook.cells]
+    assert errors[0] == errors[2] == []
+    (unknown,), (unit,) = errors[1], errors[3]
+    assert "error[N103]" in unknown.evalue and " 3 | m.r = el.Resistor(r=100)" in unknown.evalue
+    assert "error[U102]" in unit.evalue
+    assert re.search(r"^ +1 \| m\.r = el\.Resistor\($", unit.evalue, re.M)
+    for error in (unknown, unit):
+        shown = COLOUR.sub("", "\n".join(error.traceback))
+        assert "acausal/" not in shown.replace("library/", ""), "frames inside of acausal"
+        assert error.evalue.splitlines()[0] in shown
+    # The first cell is the one that makes the notebook forget: the mistakes stand in cells 3 and 4.
+    assert re.search(r"--> Cell In\[\d+\]:3:7", COLOUR.sub("", "\n".join(unknown.traceback)))
+    assert re.search(r"--> Cell In\[\d+\]:1:7", COLOUR.sub("", "\n".join(unit.traceback)))
