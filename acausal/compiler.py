@@ -273,6 +273,8 @@ class Compiled:
         start: Mapping[str, float | str] | None = None,
         continue_from: Snapshot | None = None,
         dense: bool = False,
+        output: str | Path | None = None,
+        keep: bool = True,
     ) -> Result:
         """Simulate the model.
 
@@ -294,6 +296,10 @@ class Compiled:
                 stored one); this run goes on from there, with other parameters if they are given.
             dense: Keep the integrator's own polynomials: ``result.at(t, "x")`` is then as exact
                 as the run itself at any time.
+            output: Write this file while the run goes on (``.nc``, ``.h5``, ``.parquet`` or
+                ``.csv``); it is complete also after an interruption or when the disk is full.
+            keep: Keep the result in memory, too; if not, memory stays flat, and the result reads
+                the file when it is asked.
 
         Returns:
             The result; if the run failed on its way, what there is, with the reason in
@@ -313,7 +319,7 @@ class Compiled:
             interval = self.system.experiment.interval
         request = Request(
             start_time, stop_time, tolerance, solver, points, interval, variables, progress,
-            max_step, None, continue_from, dense,
+            max_step, None, continue_from, dense, output, keep,
         )  # fmt: skip
         model = self.with_values(parameters or {}, start or {})
         return replace(simulate(model.system, request), compiled=model)

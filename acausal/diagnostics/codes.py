@@ -76,7 +76,7 @@ CODES: dict[str, str] = {
     "N119": "There is no parameter of this name in the model.",
     "N120": "A parameter has no value; its start value is used (warning).",
     "N121": "Two wildcard imports give one name different meanings.",
-    "N122": "A SPICE netlist names a model, subcircuit, parameter or element that it does not have.",
+    "N122": "A SPICE netlist names a model, subcircuit, parameter or element it does not have.",
     "N150": "The library has no package or class of this name.",
     "N151": "Python: a name that a part cannot have.",
     "N153": "Python: a part is given to two models, or has two names.",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, NoReturn
 
@@ -199,7 +199,7 @@ def _numbers(
         path = str(key)
         unit = known_unit(result.variables.unit(path))
         own = lookup(path)
-        return own if unit is None or unit.factor == 1.0 and not unit.offset else to_si(own, unit)
+        return own if unit is None or (unit.factor == 1.0 and not unit.offset) else to_si(own, unit)
 
     found = evaluate_all(tuple(exprs), values, times)
     return [np.broadcast_to(x, times.shape) for x in found]

@@ -6,6 +6,7 @@ import errno
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -57,16 +58,32 @@ def check_target(path: str | os.PathLike[str], suffixes: Sequence[str]) -> None:
 def write_result(
     result: Result, path: str | os.PathLike[str], patterns: Sequence[str] = ()
 ) -> None:
-    """Write the matching variables, all if there are no patterns.
+    """Write the matching variables, all if there are no patterns; expressions are computed.
 
     Raises:
         AcausalError: ``F201`` unknown suffix, ``F202`` cannot write, ``F203`` disk full,
             ``F205`` a library is missing, ``N901`` a pattern matches nothing.
     """
     writer = _writer(check_suffix(path))
+    if any(name != "time" and not result.variables.find(name) for name in patterns):
+        result, patterns = _computed(result, patterns), ()
     paths = [name for name in result.find(*patterns) if name != "time"]
     with whole_file(path) as unfinished:
         writer(result, paths, unfinished)
+
+
+def _computed(result: Result, texts: Sequence[str]) -> Result:
+    """Return a result of expressions."""
+    from acausal.results.expressions import chosen
+    from acausal.results.table import TableSource
+
+    found = chosen(result, texts)
+    table = TableSource(
+        {x.path: x.values for x in found},
+        {x.path: x.unit for x in found},
+        {x.path: x.description for x in found},
+    )
+    return replace(result, variables=table)
 
 
 def read_result(path: str | os.PathLike[str]) -> Result:
@@ -156,14 +173,14 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """
     target = Path(path)
     if target.exists() and not target.is_file() and not target.is_dir():
-        with _told(target):
+        with told(target):
             yield target
         return
     if target.is_symlink():
         target = target.resolve()
     unfinished = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
-        with _told(target):
+        with told(target):
             if target.is_dir():
                 raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
             yield unfinished
@@ -173,7 +190,12 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 @contextmanager
-def _told(target: Path) -> Iterator[None]:
+def told(target: Path) -> Iterator[None]:
+    """Turn errors of the system while a file is written into messages.
+
+    Raises:
+        AcausalError: ``F202`` or ``F203``.
+    """
     try:
         yield
     except OSError as error:

@@ -42,7 +42,7 @@ class Extreme(float):
         made.time = time
         return made
 
-    def __getnewargs__(self) -> tuple[float, float]:
+    def __getnewargs__(self) -> tuple[float, float]:  # type: ignore[override]
         return float(self), self.time
 
 

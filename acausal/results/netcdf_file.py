@@ -8,17 +8,24 @@ and every HDF5 program read it.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from io import RawIOBase
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from acausal.diagnostics import fail
 from acausal.results.families import families
 from acausal.results.files import needs
-from acausal.results.metadata import fields, metadata
+from acausal.results.metadata import fields, final_metadata, metadata
 from acausal.results.result import Result
 from acausal.results.table import TableSource
+
+Array = NDArray[np.float64]
+
+#: Rows of a piece of a growing file; one that is not full takes its whole space.
+CHUNK_ROWS = 512
 
 
 def write_netcdf(result: Result, paths: Sequence[str], file: Path) -> None:
@@ -53,6 +60,78 @@ def write_netcdf(result: Result, paths: Sequence[str], file: Path) -> None:
                 variable.attrs["long_name"] = family.description
 
 
+class NetCDFStream:
+    """Writes a NetCDF file in chunks, along a dimension ``time`` without limit."""
+
+    def __init__(self, file: RawIOBase, head: Result, paths: Sequence[str]) -> None:
+        self._rows = 0
+        places = {path: k for k, path in enumerate(paths)}
+        self._out = out = _library().File(file, "w", track_order=True)
+        out.attrs.update(metadata(head))
+        out.dimensions = {"time": None}
+        self._time = out.create_variable("time", ("time",), "f8", chunks=(CHUNK_ROWS,))
+        self._time.attrs["units"] = "s"
+        self._time.attrs["long_name"] = "time"
+        self._variables: list[tuple[Any, NDArray[np.int64]]] = []
+        for family in families(paths, head.variables):
+            count = len(family.paths)
+            dimensions: tuple[str, ...] = ("time",)
+            chunks: tuple[int, ...] = (CHUNK_ROWS,)
+            if not family.single:
+                dimensions = ("time", family.labels)
+                chunks = (max(1, CHUNK_ROWS // count), count)
+                out.dimensions[family.labels] = count
+                labels = np.array(family.paths, dtype=object)
+                out.create_variable(family.labels, (family.labels,), _text_type(), data=labels)
+            variable = out.create_variable(family.name, dimensions, "f8", chunks=chunks)
+            if family.unit:
+                variable.attrs["units"] = family.unit
+            if family.description:
+                variable.attrs["long_name"] = family.description
+            self._variables.append((variable, np.array([places[p] for p in family.paths])))
+        out.flush()
+
+    def add(self, times: Array, values: Array) -> None:
+        """Append rows; the file is readable up to here if the process is killed."""
+        first, last = self._rows, self._rows + len(times)
+        self._out.resize_dimension("time", last)
+        self._time[first:last] = times
+        for variable, places in self._variables:
+            rows = values[:, places]
+            variable[first:last] = rows[:, 0] if len(variable.dimensions) == 1 else rows
+        self._rows = last
+        self._out.flush()
+
+    def finish(self, result: Result) -> None:
+        """Write the ending and close the file."""
+        self._out.attrs.update(final_metadata(result))
+        self._out.close()
+
+
+def columns(file: Path, paths: Sequence[str]) -> Array:
+    """Return some columns, shape ``(nt, len(paths))``.
+
+    Raises:
+        KeyError: If there is no such column.
+    """
+    found: dict[str, Array] = {}
+    wanted = set(paths)
+    with _library().File(file, "r") as stored:
+        for name, variable in stored.variables.items():
+            if variable.dimensions[:1] != ("time",):
+                continue
+            if len(variable.dimensions) == 1:
+                if name in wanted:
+                    found[name] = np.asarray(variable[...], dtype=np.float64)
+                continue
+            labels = [_text(label) for label in stored.variables[variable.dimensions[1]][...]]
+            own = [k for k, label in enumerate(labels) if label in wanted]
+            if own:
+                values = np.asarray(variable[...], dtype=np.float64)
+                found.update({labels[k]: values[:, k] for k in own})
+    return np.column_stack([found[path] for path in paths])
+
+
 def read_netcdf(file: Path) -> Result:
     """Read a NetCDF file.
 
@@ -61,7 +140,7 @@ def read_netcdf(file: Path) -> Result:
         OSError: If it cannot be read.
     """
     h5netcdf = _library()
-    columns: dict[str, Any] = {}
+    found: dict[str, Any] = {}
     units: dict[str, str] = {}
     descriptions: dict[str, str] = {}
     with h5netcdf.File(file, "r") as stored:
@@ -76,13 +155,13 @@ def read_netcdf(file: Path) -> Result:
                 values = values[:, np.newaxis]
             else:
                 paths = [_text(label) for label in stored.variables[variable.dimensions[1]][...]]
-            columns.update(zip(paths, values.T, strict=True))
+            found.update(zip(paths, values.T, strict=True))
             units.update(dict.fromkeys(paths, str(variable.attrs.get("units", ""))))
             about = str(variable.attrs.get("long_name", ""))
             descriptions.update(dict.fromkeys(paths, about))
         data = {str(key): value for key, value in stored.attrs.items()}
-    times = columns.pop("time")
-    return Result(times=times, variables=TableSource(columns, units, descriptions), **fields(data))
+    times = found.pop("time")
+    return Result(times=times, variables=TableSource(found, units, descriptions), **fields(data))
 
 
 def _text_type() -> Any:

@@ -83,9 +83,14 @@ class Pieces:
         return ConsistentPoint(self.system)
 
     def _settle(
-        self, system: NativeProblem[DAEProblem], times: Array, y: Array, yp: Array, held: Held | None,
+        self,
+        system: NativeProblem[DAEProblem],
+        times: Array,
+        y: Array,
+        yp: Array,
+        held: Held | None,
         solved: NDArray[np.bool_],
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Let points solve the equations; those at the end of a step do already."""
         w, layout = system.problem.w, self.observer.layout
         first = layout.parameters + self.observer.first_held

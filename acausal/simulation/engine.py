@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from os import PathLike
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +16,7 @@ from acausal.diagnostics import AcausalError, Diagnostic, Severity, fail
 from acausal.flattening.model import Ids
 from acausal.results.result import Ending, Result
 from acausal.results.snapshot import Snapshot
+from acausal.results.table import TableSource
 from acausal.simulation.assertions import violations
 from acausal.simulation.dense import DenseRecord, DenseRun
 from acausal.simulation.event_handler import EventHandler
@@ -27,7 +31,9 @@ from acausal.simulation.system import System
 from acausal.simulation.trajectories import Trajectories
 
 if TYPE_CHECKING:
-    from _collections_abc import dict_items
+    from _collections_abc import dict_items, dict_keys, dict_values
+
+    from acausal.results.stream import Stream
 
 Array = NDArray[np.float64]
 
@@ -44,6 +50,13 @@ def simulate(system: System, request: Request) -> Result:
         AcausalError: ``I0xx`` if there is no consistent start, ``R010`` for impossible times.
     """
     start, stop, tolerance = _span(system, request)
+    if request.output is not None:
+        from acausal.results.files import check_target
+        from acausal.results.stream import SUFFIXES
+
+        check_target(request.output, SUFFIXES)
+    elif not request.keep:
+        fail("R010", "a result that is not kept needs a file", help='give output="run.nc"')
     times = output_times(request, start, stop)
     selector = StateSelector(system)
     begun = clock.perf_counter()
@@ -57,10 +70,10 @@ def simulate(system: System, request: Request) -> Result:
     trajectories = Trajectories(
         system.names, system.derivative, system.representative, system.sign, chosen
     )
-    recorder = Recorder(chosen, trajectories.segments)
+    recorder = Recorder(chosen, trajectories.segments, keep=request.keep)
     warned: set[int] = set()
     remarks: list[Diagnostic] = []
-    if chosen is not None and system.assertions:
+    if (chosen is not None or not request.keep) and system.assertions:
         recorder.look = lambda segment: remarks.extend(violations(system, [segment], warned))
     run = Run(
         system, request, recorder, selector, tolerance, stop, begin.parameters, begin.relations
@@ -73,20 +86,32 @@ def simulate(system: System, request: Request) -> Result:
         handler.started()
     elif handler is not None and snapshot is not None:
         handler.resumed(snapshot.memory, not np.array_equal(begin.parameters, snapshot.parameters))
-    run.record_here()
-    recorder.flush()
-    remarks += violations(system, trajectories.segments, warned)
-    if any(d.severity is Severity.ERROR for d in remarks):
-        run.totals()
-        raise AcausalError(remarks)
-    wall, processor = clock.perf_counter(), clock.process_time()
-    _go(run, handler, times, stop)
-    end = _standing(run, handler)
-    if handler is not None:
-        handler.finish()
+    stream = None
+    if request.output is not None:
+        head = _head(system, request, start, stop, tolerance)
+        stream, recorder.written = _open(request.output, head, trajectories)
+        recorder.sink = stream.add
+    try:
+        run.record_here()
+        recorder.flush()
+        remarks += violations(system, trajectories.segments, warned)
+        if any(d.severity is Severity.ERROR for d in remarks):
+            run.totals()
+            raise AcausalError(remarks)
+        wall, processor = clock.perf_counter(), clock.process_time()
+        with _until_full(run, stream):
+            _go(run, handler, times, stop)
+        end = _standing(run, handler)
+        if handler is not None:
+            handler.finish()
+        with _until_full(run, stream):
+            recorder.flush()
+    except BaseException:
+        if stream is not None:
+            stream.finish()
+        raise
     run.solve_time = clock.perf_counter() - wall
     run.solve_cpu_time = clock.process_time() - processor
-    recorder.flush()
     failure = told(run)
     statistics = run.totals()
     statistics["start_time"] = start_time
@@ -99,26 +124,73 @@ def simulate(system: System, request: Request) -> Result:
     if run.dense is not None:
         run.dense.flush()
         dense = DenseRun(trajectories, run.dense.pieces) if run.dense.pieces else None
+    streamed = stream is not None and not request.keep
+    result = replace(
+        _head(system, request, start, stop, tolerance),
+        times=np.zeros(0) if streamed else trajectories.times,
+        variables=trajectories,
+        states=[system.names.variable(int(i)) for i in begin.states[:50] if i < _declared(system)],
+        events=run.events,
+        statistics=statistics,
+        ending=run.ending,
+        diagnostics=(*begin.warnings, *selector.warnings(), *remarks, *failure),
+        end=end,
+        dense=dense,
+    )
+    return result if stream is None else _closed(stream, result, trajectories, request.keep)
+
+
+def _open(
+    path: str | PathLike[str], head: Result, trajectories: Trajectories
+) -> tuple[Stream, list[int]]:
+    """Return the file that is written while the run goes on, and which ids it takes."""
+    from acausal.results.stream import Stream
+
+    if trajectories.chosen is None:
+        found = sorted(trajectories.names.find_variables("*"), key=lambda pair: pair[1])
+        paths, ids = [path for path, _ in found], [number for _, number in found]
+    else:
+        paths, ids = list(trajectories.paths()), trajectories.chosen.tolist()
+    return Stream(path, replace(head, variables=trajectories), paths), ids
+
+
+def _closed(stream: Stream, result: Result, trajectories: Trajectories, keep: bool) -> Result:
+    """Complete the file; a result that is not kept in memory reads it when asked."""
+    stream.finish(result)
+    if keep:
+        return result
+    from acausal.results.stream import StreamedSource, read_columns
+
+    source = StreamedSource(stream, trajectories)
+    return replace(result, variables=source, times=read_columns(stream.path, ["time"])[:, 0])
+
+
+@contextmanager
+def _until_full(run: Run, stream: Stream | None) -> Iterator[None]:
+    """Let a full disk end the run, with what was computed until then."""
+    try:
+        yield
+    except AcausalError as error:
+        if stream is None or not stream.full:
+            raise
+        run.fail(error)
+
+
+def _head(system: System, request: Request, start: float, stop: float, tolerance: float) -> Result:
+    """Return what is known of a result before the run."""
     return Result(
         system.name,
         system.description,
-        trajectories.times,
-        trajectories,
-        [system.names.variable(int(i)) for i in begin.states[:50] if i < _declared(system)],
-        _Parameters(system),
-        run.events,
-        statistics,
-        {
+        np.zeros(0),
+        TableSource({}),
+        parameters=_Parameters(system),
+        experiment={
             "start_time": start,
             "stop_time": stop,
             "tolerance": tolerance,
             "solver": request.solver,
         },
-        run.ending,
-        (*begin.warnings, *selector.warnings(), *remarks, *failure),
-        end,
         parameter_units=_ParameterUnits(system),
-        dense=dense,
     )
 
 
@@ -194,12 +266,27 @@ def _chosen(system: System, request: Request) -> Ids | None:
     for pattern in request.variables:
         found = system.names.find_variables(pattern)
         if not found:
+            found = _needed(system, pattern)
+        if not found:
             close = system.names.suggestions(pattern)
             fail("N901", f"there is no variable {pattern}",
                  notes=[f"did you mean {' or '.join(close)}?"] if close else [],
                  help="acausal inspect shows the variables of a model")  # fmt: skip
         ids |= {i for _, i in found}
     return np.array(sorted(ids), np.int64)
+
+
+def _needed(system: System, text: str) -> list[tuple[str, int]]:
+    """Return the variables that an expression needs, none if the text is not one."""
+    from acausal.results.expressions import is_expression, paths_within
+
+    if not is_expression(text):
+        return []
+
+    def find(pattern: str) -> list[str]:
+        return [path for path, _ in system.names.find_variables(pattern)]
+
+    return [f for p in paths_within(text, find) for f in system.names.find_variables(p)]
 
 
 class _ParameterUnits(dict[str, str]):
@@ -246,6 +333,26 @@ class _Parameters(dict[str, float]):
     def __len__(self) -> int:
         self._fill()
         return super().__len__()
+
+    def __contains__(self, path: object) -> bool:
+        return isinstance(path, str) and len(self._system.names.find_parameters(path)) == 1
+
+    def get(self, path: str, default: float | None = None) -> float | None:  # type: ignore[override]
+        """Return a value, the default if there is no such parameter."""
+        try:
+            return self[path]
+        except KeyError:
+            return default
+
+    def keys(self) -> dict_keys[str, float]:
+        """Return the paths."""
+        self._fill()
+        return super().keys()
+
+    def values(self) -> dict_values[str, float]:
+        """Return the values."""
+        self._fill()
+        return super().values()
 
     def items(self) -> dict_items[str, float]:
         """Return paths and values."""

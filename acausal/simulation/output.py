@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from struct import Struct
 
@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 #: Numbers held at most before chosen variables are taken out of them.
 CHUNK = 8_000_000
+#: The same where a file is written while the run goes on.
+WRITTEN = 1_000_000
 #: More output points than this are surely a mistake in the interval.
 MOST_POINTS = 50_000_000
 _DOUBLE = Struct("d")
@@ -57,12 +59,18 @@ class Recorder:
     Attributes:
         chosen: Ids to keep, ascending, or None for everything.
         segments: The finished segments.
-        look: Sees every segment before variables that are not chosen are dropped.
+        look: Sees every segment before anything of it is dropped.
+        sink: Takes times and the values of ``written`` as the run goes on.
+        written: Ids that the sink takes.
+        keep: Whether segments are kept in memory.
     """
 
     chosen: Ids | None
     segments: list[Segment]
     look: Callable[[Segment], None] | None = None
+    sink: Callable[[Array, Array], None] | None = None
+    written: Sequence[int] = ()
+    keep: bool = True
     _observer: Observer | None = None
     _times: list[Array | bytes] = field(default_factory=list)
     _y: list[Array | bytes] = field(default_factory=list)
@@ -99,7 +107,7 @@ class Recorder:
         count: int,
         columns: int,
     ) -> None:
-        if observer is not self._observer or self._size > CHUNK:
+        if observer is not self._observer or self._size > self._most:
             self.flush()
             self._observer, self._columns = observer, columns
         self._times.append(times)
@@ -107,8 +115,12 @@ class Recorder:
         self._yp.append(yp)
         self._counts.append(count)
         self._which.append(len(self._held) - 1)
-        if self.chosen is not None:
-            self._size += 2 * count * columns
+        if self.chosen is not None or self.sink is not None:
+            self._size += count * max(2 * columns, len(self.written))
+
+    @property
+    def _most(self) -> int:
+        return CHUNK if self.sink is None else WRITTEN
 
     def flush(self) -> None:
         """Make a segment of what has come so far."""
@@ -125,24 +137,33 @@ class Recorder:
             values = np.frombuffer(b"".join(parts)).reshape(len(parts), len(parts[0]) // 8)
             held = Held(values, which)
             del self._held[:-1]
-        whole = Segment(self._observer, times, y, yp, None, held)
-        if self.chosen is None:
-            self.segments.append(whole)
-        else:
-            if self.look is not None:
-                self.look(whole)
-            values = self._observer.values(self.chosen.tolist(), times, y, yp, held)
-            empty = np.zeros((len(times), 0))
-            self.segments.append(Segment(self._observer, times, empty, empty, values))
         for stored in (self._times, self._y, self._yp, self._counts, self._which):
             stored.clear()
         self._size = 0
+        self._finish(Segment(self._observer, times, y, yp, None, held))
+
+    def _finish(self, whole: Segment) -> None:
+        """Look at a segment, write it, keep it, as it is asked for."""
+        if self.look is not None:
+            self.look(whole)
+
+        def values(ids: Sequence[int]) -> Array:
+            return whole.observer.values(ids, whole.times, whole.y, whole.yp, whole.held)
+
+        if self.keep and self.chosen is None:
+            self.segments.append(whole)
+        elif self.keep and self.chosen is not None:
+            empty = np.zeros((len(whole.times), 0))
+            kept = values(self.chosen.tolist())
+            self.segments.append(Segment(whole.observer, whole.times, empty, empty, kept))
+        if self.sink is not None:
+            self.sink(whole.times, values(self.written))
 
     def chunk(self, n: int) -> int:
         """Return how many points of ``2 n`` numbers are integrated at a time."""
-        if self.chosen is None:
+        if self.chosen is None and self.sink is None:
             return MOST_POINTS
-        return max(2, CHUNK // max(1, 2 * n))
+        return max(2, self._most // max(1, 2 * n, len(self.written)))
 
 
 def _joined(parts: list[Array | bytes]) -> Array:

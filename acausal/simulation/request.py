@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from os import PathLike
 
 from acausal.results.snapshot import Snapshot
 
@@ -27,6 +28,8 @@ class Request:
         kept: Ids of the variables to keep; wins over ``variables``.
         continue_from: Where an earlier run stood.
         dense: Whether the integrator's polynomials are kept.
+        output: File that is written while the run goes on.
+        keep: Whether the result stays in memory, too.
     """
 
     start_time: float | None = None
@@ -41,3 +44,5 @@ class Request:
     kept: tuple[int, ...] | None = None
     continue_from: Snapshot | None = None
     dense: bool = False
+    output: str | PathLike[str] | None = None
+    keep: bool = True
