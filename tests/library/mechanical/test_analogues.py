@@ -19,6 +19,9 @@ ROTATIONAL = {
     "MassWithStopAndFriction": "InertiaWithStopAndFriction",
     "GeneralForceToPositionAdaptor": "GeneralTorqueToAngleAdaptor",
     "GeneralPositionToForceAdaptor": "GeneralAngleToTorqueAdaptor",
+    "ForceToPositionAdaptor": "TorqueToAngleAdaptor",
+    "PositionToForceAdaptor": "AngleToTorqueAdaptor",
+    "TranslationalInerter": "RotationalInerter",
 }
 # The same class in both packages, declared once.
 SHARED = {"IdealGearR2T", "IdealRollingWheel"}
@@ -58,7 +61,7 @@ def test_the_packages_have_corresponding_parts() -> None:
 def test_corresponding_parts_have_corresponding_parameters() -> None:
     translation, rotation = classes("translational"), classes("rotational")
     renamed = {"f_crit": "f_crit", "m": "J", "s": "phi", "v": "w", "f": "tau", "F": "tau"}
-    renamed |= {"smin": "phi_min", "smax": "phi_max"}
+    renamed |= {"smin": "phi_min", "smax": "phi_max", "use_v": "use_w"}
     for name in sorted(set(translation) - ONLY_ONCE - SHARED):
         here, there = (
             re.findall(r"^  parameter [\w.]+ (\w+)", text, re.MULTILINE)

@@ -166,7 +166,7 @@ def test_signals_in_place_of_a_flange(field: dict[str, str]) -> None:
   Spring spring(c = 12);
   Fixed wall;
   General$Force$To$Position$Adaptor outside;
-  General$Position$To$Force$Adaptor inside;
+  General$Position$To$Force$Adaptor inside(use_pder = false);
   $Mass$ two($m$ = 2);
   RelativeStates relative;
 equation
@@ -186,6 +186,79 @@ end M;
     assert values(result, "outside.pder") == pytest.approx(
         -0.2 * np.sin(2 * result.times), abs=1e-6
     )
+
+
+ADAPTORS = (
+    ("General$Force$To$Position$Adaptor", "General$Position$To$Force$Adaptor", "p pder pder2 f"),
+    ("$Force$To$Position$Adaptor", "$Position$To$Force$Adaptor", "$s$ $v$ a $f$"),
+)
+
+
+@fields
+@pytest.mark.parametrize("names", ADAPTORS, ids=["general", "with units"])
+def test_a_flange_cut_in_two_hands_on_its_motion_with_derivatives(
+    field: dict[str, str], names: tuple[str, str, str]
+) -> None:
+    # A body of three masses on a spring: c/(1 + 2 + 3) = 4.
+    flow, potential, signals = names
+    result = simulate(
+        HEAD
+        + f"""  $Mass$ one($m$ = 1, $s$(start = 0.1, fixed = true), $v$(fixed = true));
+  Spring spring(c = 24);
+  Fixed wall;
+  {flow} outside;
+  {potential} inside;
+  $Mass$ two($m$ = 2);
+  {KIND[field["s"]]}Inerter three(b = 3);
+equation
+  connect(wall.flange, spring.flange_a, three.flange_a);
+  connect(spring.flange_b, three.flange_b, one.flange_a, outside.flange);
+"""
+        + "".join(f"  connect(outside.{s}, inside.{s});\n" for s in signals.split())
+        + "  connect(inside.flange, two.flange_a);\nend M;\n",
+        field,
+        stop_time=4,
+    )
+    wave = 0.1 * np.cos(2 * result.times)
+    assert values(result, f"one.{field['s']}") == pytest.approx(wave, abs=1e-6)
+    assert values(result, f"two.{field['s']}") == pytest.approx(wave, abs=1e-6)
+
+
+KIND = {"s": "Translational", "phi": "Rotational"}
+
+
+@fields
+@pytest.mark.parametrize("acceleration", [False, True])
+def test_a_flange_follows_signals_and_corrects_them(
+    field: dict[str, str], acceleration: bool
+) -> None:
+    # What is said about the velocity is wrong by 0.5: the position is off by 0.5/w_crit, or by
+    # 2*0.5/w_crit if it is corrected in both derivatives.
+    flag = str(acceleration).lower()
+    result = simulate(
+        HEAD
+        + f"""  $Position$To$Force$Adaptor right(use_a = {flag}), wrong(use_a = {flag});
+  $Mass$ body($m$ = 2), other($m$ = 2);
+equation
+  right.$s$ = 0.1*sin(3*time);
+  right.$v$ = 0.3*cos(3*time);
+  wrong.$s$ = 0.1*sin(3*time);
+  wrong.$v$ = 0.3*cos(3*time) + 0.5;
+"""
+        + ("  right.a = -0.9*sin(3*time);\n  wrong.a = -0.9*sin(3*time);\n" * acceleration)
+        + """  connect(right.flange, body.flange_a);
+  connect(wrong.flange, other.flange_a);
+end M;
+""",
+        field,
+        stop_time=2,
+    )
+    position = 0.1 * np.sin(3 * result.times)
+    assert values(result, f"body.{field['s']}") == pytest.approx(position, abs=1e-6)
+    force = values(result, f"right.{field['f']}")
+    assert force == pytest.approx(2 * 0.9 * np.sin(3 * result.times), abs=1e-4)
+    off = (values(result, f"other.{field['s']}") - position)[result.times > 0.1]
+    assert off == pytest.approx((2 if acceleration else 1) * 0.5 / (100 * np.pi), rel=1e-3)
 
 
 def test_lever_and_planetary_gear_share_motion_and_force() -> None:
