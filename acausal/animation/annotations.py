@@ -21,8 +21,8 @@ _BODY = ("at", "offset", "angle")
 SHAPES: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "Line": (_END, ("thickness", "dashed")),
     "Rod": (_END, ("width",)),
-    "Spring": (_END, ("radius", "coils")),
-    "Damper": (_END, ("radius",)),
+    "Spring": (_END, ("radius", "coils", "lane")),
+    "Damper": (_END, ("radius", "lane")),
     "Piston": (_END, ("radius",)),
     "Arrow": (("at", "vector"), ("offset", "scale", "width", "local")),
     "Circle": (("at",), ("offset", "angle", "radius", "marked")),

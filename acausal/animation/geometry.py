@@ -239,6 +239,18 @@ def damper(radius: float, color: str) -> Outline:
     )
 
 
+def beside(outline: Outline, shift: float) -> Outline:
+    """Move a stretched outline to its left and join its ends to the two points by lines."""
+    if not shift:
+        return outline
+    moved = [
+        Part(tuple((u, w, v + shift) for u, w, v in p.points), p.fill, p.stroke, p.width, p.closed)
+        for p in outline
+    ]
+    ends = [Part(((u, 0.0, 0.0), (u, 0.0, shift)), "", DARK, 2.0, False) for u in (0.0, 1.0)]
+    return (*ends, *moved)
+
+
 def piston(radius: float, color: str) -> Outline:
     """A block that reaches from one point to the other, stretched."""
     r = radius

@@ -154,7 +154,7 @@
   const unit = (a) => { const l = Math.sqrt(dot(a, a)) || 1; return [a[0] / l, a[1] / l, a[2] / l]; };
   const mix = (a, x, b, y, c, z) => [a[0] * x + b[0] * y + c[0] * z, a[1] * x + b[1] * y + c[1] * z, a[2] * x + b[2] * y + c[2] * z];
   const W = cam.up || [0, 0, 1];
-  const E1 = unit(cross(Math.abs(W[1]) > 0.9 ? [0, 0, 1] : [0, 1, 0], W)), E2 = cross(W, E1);
+  const E1 = unit(cross(Math.abs(W[1]) > 0.9 ? [0, 0, -1] : [0, 1, 0], W)), E2 = cross(W, E1);
   function orient() {
     const a = (view.azimuth * Math.PI) / 180, e = (view.elevation * Math.PI) / 180;
     const ahead = mix(E1, Math.sin(a), E2, -Math.cos(a), W, 0);

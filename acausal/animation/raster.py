@@ -272,7 +272,7 @@ class _Painter:
 
 def view_axes(azimuth: float, elevation: float, up: Array) -> tuple[Array, ...]:
     """Return right, up and towards the viewer on the screen, then east and north on the floor."""
-    helper = np.array([0.0, 0.0, 1.0] if abs(up[1]) > 0.9 else [0.0, 1.0, 0.0])
+    helper = np.array([0.0, 0.0, -1.0] if abs(up[1]) > 0.9 else [0.0, 1.0, 0.0])
     east = np.cross(helper, up)
     east = east / np.sqrt(east @ east)
     north = np.cross(up, east)

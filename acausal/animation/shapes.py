@@ -241,11 +241,12 @@ def sprites(shape: Shape, context: Context) -> list[Sprite]:
         case "Rod":
             return stretched(geometry.rod(a.number("width", 1.5 * u), color))
         case "Spring":
-            return stretched(
-                geometry.spring(a.number("radius", 1.5 * u), round(a.number("coils", 7)), color)
-            )
+            radius, coils = a.number("radius", 1.5 * u), round(a.number("coils", 7))
+            look = geometry.spring(radius, coils, color)
+            return stretched(geometry.beside(look, a.number("lane", 0.0) * 1.9 * u))
         case "Damper":
-            return stretched(geometry.damper(a.number("radius", 1.3 * u), color))
+            look = geometry.damper(a.number("radius", 1.3 * u), color)
+            return stretched(geometry.beside(look, a.number("lane", 0.0) * 1.9 * u))
         case "Piston":
             return stretched(geometry.piston(a.number("radius", 3 * u), color))
         case "Circle" | "Sphere":
