@@ -76,7 +76,8 @@ if TYPE_CHECKING:
     from acausal.netlists.graphs import from_graph
     from acausal.netlists.spice.reader import read_spice
     from acausal.results.files import read_result
-    from acausal.results.result import Result
+    from acausal.results.result import Result, plot_runs
+    from acausal.results.trajectory import Trajectory
 
 __all__ = ["AcausalError", "Compiled", "Result", "compile_file", "compile_text", "read_result"]
 
@@ -91,7 +92,8 @@ _HOMES = {
 }
 # Many runs, and runs that go on.
 _HOMES |= dict.fromkeys(("simulate_many", "sweep"), "acausal.runs.sweep")
-_HOMES |= {"Study": "acausal.runs.study"}
+_HOMES |= {"Study": "acausal.runs.study", "plot_runs": "acausal.results.result"}
+_HOMES |= {"Trajectory": "acausal.results.trajectory"}
 _HOMES |= {"Animation": "acausal.animation.animation"}
 _HOMES |= dict.fromkeys(("Snapshot", "read_snapshot"), "acausal.results.snapshot")
 # Models made of data.

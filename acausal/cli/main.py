@@ -23,11 +23,13 @@ EXIT_MODEL, EXIT_USAGE, EXIT_PARTIAL, EXIT_DEFECT, EXIT_INTERRUPTED = 1, 2, 3, 7
 #: its command runs.
 COMMANDS = {
     "simulate": ("simulate", "Simulate a model; write a table, draw a plot."),
+    "plot": ("plot", "Draw results that were stored in files."),
     "check": ("check", "Check a model without simulating it."),
     "inspect": ("inspect", "Show what each stage of the compiler made of a model."),
     "schematic": ("schematic", "Draw a model as a schematic diagram."),
     "report": ("model_report", "Write a report about a model and its run as one web page."),
     "animate": ("animate", "Animate a model as a web page, GIF or MP4."),
+    "spice": ("spice", "Translate a SPICE netlist to a model."),
     "list": ("listing", "Show what the component library contains."),
     "reference": ("reference", "Write the reference of the component library as web pages."),
     "messages": ("messages", "Tell what message codes mean."),
@@ -74,7 +76,7 @@ class LazyGroup(click.Group):
         close = nearest(name, COMMANDS)
         if close:
             hint = f"Did you mean '{close[0]}'?"
-        elif name.endswith((".acm", ".mo")):
+        elif name.endswith((".acm", ".mo", ".cir")):
             hint = f"To simulate the file: acausal simulate {name}"
         else:
             hint = f"The commands are {', '.join(COMMANDS)}."

@@ -61,3 +61,19 @@ def read_parameters(texts: Iterable[str]) -> dict[str, float | str]:
         except ValueError:
             values[name] = value
     return values
+
+
+def split_patterns(texts: Iterable[str]) -> tuple[str, ...]:
+    """Split ``--variables a,b`` too, but not at the commas of ``a[1,2]`` and ``max(a, b)``."""
+    patterns: list[str] = []
+    for text in texts:
+        depth, word = 0, ""
+        for c in text:
+            depth += (c in "[({") - (c in "])}")
+            if c == "," and depth == 0:
+                patterns.append(word.strip())
+                word = ""
+            else:
+                word += c
+        patterns.append(word.strip())
+    return tuple(p for p in patterns if p)

@@ -11,12 +11,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from acausal.cli.main import EXIT_INTERRUPTED, EXIT_MODEL, EXIT_PARTIAL
+from acausal.cli.netlist import compile_source
 from acausal.cli.options import (
     file_argument,
     json_errors,
     model_argument,
     parameter_option,
     read_parameters,
+    split_patterns,
 )
 from acausal.cli.progress import SimulatedTime
 from acausal.cli.report import report
@@ -106,7 +108,13 @@ but what was computed is kept, 130 interrupted and what was computed is kept.
     "--variables",
     multiple=True,
     metavar="PATTERN",
-    help="Variables to keep, e.g. 'link[*].angle' or 'c.*'. May be repeated.",
+    help="Variables to keep, e.g. 'link[*].angle' or 'c.*', or expressions of them, e.g. "
+    "'c.v*r.i'. May be repeated.",
+)
+@click.option(
+    "--stream",
+    is_flag=True,
+    help="Write the table while the simulation goes on: for results larger than the memory. Of expressions the variables in them are written.",
 )
 @click.option("--no-progress", is_flag=True, help="Draw no progress bar.")
 @click.option("--timings", is_flag=True, help="Show how long each stage took.")
@@ -126,10 +134,11 @@ def command(
     output: Path | None,
     plot: Path | None,
     variables: tuple[str, ...],
+    stream: bool,
     no_progress: bool,
     timings: bool,
 ) -> int:
-    """Simulate MODEL in FILE.
+    """Simulate MODEL in FILE, or a SPICE netlist.
 
     Without MODEL the last model of the file is taken. Times are in seconds; a unit may be given in
     brackets, as in --stop 100[ms].
@@ -140,14 +149,14 @@ def command(
         raise click.UsageError("Give --points or --interval, not both.")
     if interval is not None and interval <= 0:
         raise click.BadParameter("must be greater than 0", param_hint="'--interval'")
-    patterns = _patterns(variables)
+    patterns = split_patterns(variables)
+    if stream and (output is None or str(output) == "-"):
+        raise click.UsageError("--stream needs a file: --output run.nc.")
     _check_targets(output, plot)
     as_json = bool(ctx.obj)
 
-    from acausal import compiler
-
     try:
-        compiled = compiler.compile_file(file, model=model, parameters=values)
+        compiled = compile_source(file, model, values, as_json)
     except AcausalError as error:
         # A value given with -p is a source of its own.
         report(error, as_json, {f"<{name}>": str(value) for name, value in values.items()})
@@ -166,10 +175,11 @@ def command(
             interval=interval,
             progress=progress,
             variables=patterns or None,
+            **({"output": output, "keep": False} if stream else {}),
         )
     report(result.diagnostics, as_json)
     simulated = time.perf_counter()
-    _write(result, output, plot, patterns)
+    _write(result, output, plot, patterns, stream)
     if timings:
         written = time.perf_counter() - simulated
         _show_timings({**compiled.timings, "write": written}, time.perf_counter() - begin)
@@ -187,22 +197,6 @@ def _refuse_unasked(count: int) -> None:
         )
 
 
-def _patterns(variables: tuple[str, ...]) -> tuple[str, ...]:
-    """Split ``--variables a,b`` too, but not at the comma of ``a[1,2]``."""
-    patterns: list[str] = []
-    for text in variables:
-        depth, word = 0, ""
-        for c in text:
-            depth += (c == "[") - (c == "]")
-            if c == "," and depth == 0:
-                patterns.append(word.strip())
-                word = ""
-            else:
-                word += c
-        patterns.append(word.strip())
-    return tuple(p for p in patterns if p)
-
-
 def _check_targets(output: Path | None, plot: Path | None) -> None:
     """Refuse what cannot be written before anything is computed."""
     from acausal.results.files import SUFFIXES, check_target
@@ -214,13 +208,19 @@ def _check_targets(output: Path | None, plot: Path | None) -> None:
 
 
 def _write(
-    result: Result, output: Path | None, plot: Path | None, patterns: tuple[str, ...]
+    result: Result,
+    output: Path | None,
+    plot: Path | None,
+    patterns: tuple[str, ...],
+    written: bool = False,
 ) -> None:
     if output is not None and str(output) == "-":
         from acausal.results.csv_file import write_rows
+        from acausal.results.files import computed
 
-        write_rows(result, result.find(*patterns), sys.stdout)
-    elif output is not None:
+        found = computed(result, patterns)
+        write_rows(found, found.find(), sys.stdout)
+    elif output is not None and not written:
         result.write(output, *patterns)
     if plot is not None:
         result.plot(*patterns, file=plot)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from acausal.results.files import computed
 from acausal.results.plot import default_paths
 from acausal.results.result import Result
 
@@ -16,7 +17,7 @@ def summary(result: Result, patterns: Sequence[str] = ()) -> str:
 
     Args:
         result: The simulation's result.
-        patterns: Paths or patterns; the states if there are none.
+        patterns: Paths, patterns or expressions; the states if there are none.
 
     Raises:
         AcausalError: ``N901`` if a pattern matches nothing.
@@ -26,7 +27,8 @@ def summary(result: Result, patterns: Sequence[str] = ()) -> str:
     if not count:
         return f"{name}: no points"
     head = f"{name}: {result.times[0]:g} s to {result.times[-1]:g} s, {count} points"
-    paths = result.find(*patterns) if patterns else default_paths(result)
+    result = computed(result, patterns)
+    paths = result.find() if patterns else default_paths(result)
     rows: list[tuple[str, ...]] = [("variable", "unit", "first", "last", "smallest", "largest")]
     for path in paths[:MOST_ROWS]:
         trajectory = result.trajectory(path)

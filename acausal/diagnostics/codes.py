@@ -241,6 +241,7 @@ CODES: dict[str, str] = {
     "F207": "The disk became full while a run was writing; the file holds what came until then.",
     "F211": "A time lies outside the simulated interval.",
     "F212": "Two variables are combined that have their values at unlike times.",
+    "F213": "A plot of several runs or variables does not fit what is given for it.",
     "F401": "The command line is wrong.",
     "F402": "The memory of the machine is not large enough.",
     "F499": "Internal error: a defect of acausal.",

@@ -66,18 +66,24 @@ def write_result(
     """
     writer = _writer(check_suffix(path))
     if any(name != "time" and not result.variables.find(name) for name in patterns):
-        result, patterns = _computed(result, patterns), ()
+        result, patterns = computed(result, patterns), ()
     paths = [name for name in result.find(*patterns) if name != "time"]
     with whole_file(path) as unfinished:
         writer(result, paths, unfinished)
 
 
-def _computed(result: Result, texts: Sequence[str]) -> Result:
-    """Return a result of expressions."""
+def computed(result: Result, texts: Sequence[str]) -> Result:
+    """Return a result of certain variables and expressions only, all if there are none.
+
+    Raises:
+        AcausalError: ``N901`` for an unknown name, and what expressions may raise.
+    """
+    if not texts:
+        return result
     from acausal.results.expressions import chosen
     from acausal.results.table import TableSource
 
-    found = chosen(result, texts)
+    found = [x for x in chosen(result, texts) if x.path != "time"]
     table = TableSource(
         {x.path: x.values for x in found},
         {x.path: x.unit for x in found},

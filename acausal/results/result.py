@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import partial
@@ -299,24 +299,59 @@ class Result:
         write_result(self, path, patterns)
 
     def plot(
-        self, *patterns: str, file: str | os.PathLike[str] | None = None, title: str = ""
+        self,
+        *patterns: str,
+        file: str | os.PathLike[str] | None = None,
+        title: str = "",
+        events: bool = False,
     ) -> Figure:
-        """Draw variables over time, those of like unit in one set of axes.
+        """Draw variables or expressions over time, those of like unit in one set of axes.
 
         Args:
-            patterns: Paths or patterns; the states if there are none.
+            patterns: Paths, patterns or expressions; the states if there are none.
             file: Where to write the picture (``.png .svg .pdf``), if anywhere.
             title: Text above; the model's name and description if empty.
+            events: Whether events are marked by dashed lines.
 
         Raises:
             AcausalError: ``N901`` for an unknown name, ``F20x`` if the file cannot be written.
         """
         from acausal.results.plot import draw, write_figure
 
-        figure = draw(self, patterns, title)
+        figure = draw(self, patterns, title, events)
         if file is not None:
             write_figure(figure, file)
         return figure
+
+    def plot_phase(
+        self, x: str, y: str, file: str | os.PathLike[str] | None = None, title: str = ""
+    ) -> Figure:
+        """Draw one variable or expression over another.
+
+        Args:
+            x: What goes to the right.
+            y: What goes up.
+            file: Where to write the picture (``.png .svg .pdf``), if anywhere.
+            title: Text above; the model's name and description if empty.
+
+        Raises:
+            AcausalError: As :meth:`plot`, and ``F213`` if one of them means several variables.
+
+        Example:
+            >>> result.plot_phase("pendulum.phi", "pendulum.w", file="phase.svg")
+        """
+        from acausal.results.plot import draw_phase, write_figure
+
+        figure = draw_phase([self], x, y, title)
+        if file is not None:
+            write_figure(figure, file)
+        return figure
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        from acausal.results.display import result_html
+
+        return result_html(self)
 
     def animate(self, file: str | os.PathLike[str] | None = None, **options: Any) -> Any:
         """Animate the components that have shapes; a notebook shows what is returned.
@@ -361,3 +396,34 @@ def _column(
     dense: Dense, path: str, times: NDArray[np.float64], before: bool
 ) -> NDArray[np.float64]:
     return dense.at([path], times, before)[:, 0]
+
+
+def plot_runs(
+    runs: Iterable[Result | None],
+    *patterns: str,
+    labels: Sequence[str] | None = None,
+    file: str | os.PathLike[str] | None = None,
+    title: str = "",
+) -> Figure:
+    """Draw variables of several runs over each other.
+
+    Args:
+        runs: Results, or a study, whose points are then the labels.
+        patterns: Paths, patterns or expressions; the states of the first run if there are none.
+        labels: Names of the runs.
+        file: Where to write the picture (``.png .svg .pdf``), if anywhere.
+        title: Text above; the model's name and description if empty.
+
+    Raises:
+        AcausalError: ``N901`` for an unknown name, ``F213`` if there is no run or not one label
+            for each, ``F20x`` if the file cannot be written.
+
+    Example:
+        >>> plot_runs(sweep(compiled, {"r.R": [50, 100, 200]}), "c.v", file="sweep.png")
+    """
+    from acausal.results.plot import draw_runs, write_figure
+
+    figure = draw_runs(runs, patterns, labels, title)
+    if file is not None:
+        write_figure(figure, file)
+    return figure
