@@ -38,6 +38,9 @@ class Drawing:
         """The picture as SVG that needs nothing but itself; the same model gives the same text."""
         return paint(self.layout, self.title)
 
+    def __repr__(self) -> str:
+        return f"<Drawing of {self.title}>"
+
     def _repr_svg_(self) -> str:
         return self.svg
 

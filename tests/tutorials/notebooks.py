@@ -18,7 +18,7 @@ import nbformat
 from jupyter_client import KernelManager
 from nbclient import NotebookClient
 from nbformat import NotebookNode, v4
-from PIL import Image
+from PIL import Image, ImageSequence
 
 ROOT = Path(__file__).parents[2]
 FOLDER = ROOT / "docs" / "tutorials"
@@ -87,6 +87,8 @@ def stored_form(notebook: NotebookNode) -> NotebookNode:
         for output in cell.outputs:
             if "metadata" in output:
                 output.metadata = nbformat.from_dict({})
+            if "image/gif" in output.get("data", {}):
+                output.data["image/png"] = animated_png(output.data.pop("image/gif"))
             if "image/png" in output.get("data", {}):
                 output.data["image/png"] = small_png(output.data["image/png"])
             if output.output_type == "execute_result":
@@ -94,10 +96,25 @@ def stored_form(notebook: NotebookNode) -> NotebookNode:
     return notebook
 
 
+def animated_png(text: str) -> str:
+    """Return a GIF, base64, as a PNG that moves: code hosts show those, and no GIFs."""
+    picture = Image.open(io.BytesIO(base64.b64decode(text)))
+    frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(picture)]
+    # One palette without dithering: what does not move is not stored again.
+    palette = frames[len(frames) // 2].quantize(32)
+    first, *others = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    buffer = io.BytesIO()
+    first.save(
+        buffer, "PNG", save_all=True, append_images=others, duration=picture.info["duration"],
+        loop=0, optimize=True,
+    )  # fmt: skip
+    return base64.b64encode(buffer.getvalue()).decode()
+
+
 def small_png(text: str) -> str:
     """Return a picture, base64, with a palette: plots need half of the bytes."""
     picture = Image.open(io.BytesIO(base64.b64decode(text)))
-    if picture.mode == "P":
+    if picture.mode == "P" or getattr(picture, "is_animated", False):
         return text
     buffer = io.BytesIO()
     picture.convert("RGB").quantize(256).save(buffer, "PNG", optimize=True)

@@ -53,7 +53,10 @@ def test_a_tutorial_reads_well_where_it_is_stored(path: Path):
     assert stored_form(read(path)) == notebook, "python -m tests.tutorials writes its stored form"
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]
     pictures = [
-        output for cell in code for output in cell.outputs if "image/png" in output.get("data", {})
+        output
+        for cell in code
+        for output in cell.outputs
+        if {"image/png", "image/svg+xml"} & set(output.get("data", {}))
     ]
     assert len(pictures) >= 2
     assert any("np.testing" in cell.source for cell in code)
