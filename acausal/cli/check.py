@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from acausal.cli.netlist import compile_source, is_netlist
 from acausal.cli.options import file_argument, json_errors, model_argument
 
 
@@ -20,7 +21,8 @@ Examples:
 @file_argument
 @model_argument
 @json_errors
-def command(file: Path, model: str | None) -> None:
+@click.pass_obj
+def command(as_json: bool, file: Path, model: str | None) -> None:
     """Check MODEL in FILE without simulating it.
 
     Reads the file, connects the components, checks units and counts equations and unknowns. Without
@@ -28,4 +30,11 @@ def command(file: Path, model: str | None) -> None:
     """
     from acausal import compiler
 
+    if is_netlist(file):
+        from acausal.inspection.summary import summary
+
+        compiled = compile_source(file, model, {}, as_json)
+        assert compiled.stages is not None
+        click.echo(str(summary(compiled.stages)).rstrip("\n"))
+        return
     click.echo(str(compiler.check_file(file, model)).rstrip("\n"))

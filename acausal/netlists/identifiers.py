@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import re
 
+from acausal.compose.names import RESERVED
+
 
 def identifier(text: str, prefix: str) -> str:
     """Return a name with letters, digits and ``_`` only.
 
     Args:
-        text: Any text.
+        text: Any text; a reserved word of the language gets a ``_`` behind it.
         prefix: Put before what would not begin with a letter.
 
     Example:
@@ -17,4 +19,5 @@ def identifier(text: str, prefix: str) -> str:
         ('net_3', 'n0_1', 'n3')
     """
     name = re.sub(r"[^A-Za-z0-9]+", "_", text.replace("+", "p")).strip("_")
-    return name if name[:1].isalpha() else f"{prefix}{name}"
+    name = name if name[:1].isalpha() else f"{prefix}{name}"
+    return f"{name}_" if name in RESERVED else name

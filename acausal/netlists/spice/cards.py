@@ -162,8 +162,10 @@ class _Reader:
                      "with *")  # fmt: skip
 
     def element(self, line: Line) -> None:
-        words, options = arguments(line.tokens[1:])
         name = line.tokens[0]
+        if name.low[0] in "eg":
+            _refuse_functions(line)
+        words, options = arguments(line.tokens[1:])
         known = self.open[-1].names
         if name.low in known:
             fail("N105", f"there are two elements {name.text}", name.span,
@@ -322,6 +324,18 @@ class _Reader:
             token.span,
             "temp and tnom are used; options about SPICE's own algorithms are skipped",
         )
+
+
+def _refuse_functions(line: Line) -> None:
+    """Refuse controlled sources that are more than linear, before their formulas are read.
+
+    Raises:
+        AcausalError: ``P041``.
+    """
+    for token in line.tokens[3:]:
+        if token.low in ("value", "table", "laplace", "freq", "vol", "cur"):
+            fail("P041", f"{token.text} in a controlled source", token.span,
+                 label="not supported", help="linear sources and POLY(1) are")  # fmt: skip
 
 
 def arguments(

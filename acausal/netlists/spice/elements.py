@@ -136,9 +136,6 @@ def controlled(
             fail("P041", "POLY of several variables", rest[0].span, label="not supported",
                  help="POLY(1) is; add several sources in series or in parallel")  # fmt: skip
         rest = rest[4:]
-    elif rest[0].low in ("value", "table", "laplace", "vol", "cur", "freq"):
-        fail("P041", f"{rest[0].text} in a controlled source", rest[0].span, label="not supported",
-             help="linear sources and POLY(1) are")  # fmt: skip
     reads: Token | None = None
     if letter in "EG":
         if len(rest) < 3:

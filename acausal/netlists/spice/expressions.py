@@ -31,7 +31,9 @@ _PIECE = re.compile(
     r"|(?P<operator>\*\*|\|\||&&|==|!=|<=|>=|[-+*/^<>!?:(),]))"
 )
 _NAME = re.compile(r"[A-Za-z_][\w.]*\Z")
-_DEEPEST = 100
+#: Levels of brackets and number of words of an expression; longer ones become several ``.param``.
+_DEEPEST = 30
+_LONGEST = 300
 
 
 def number(text: str) -> float | None:
@@ -133,6 +135,8 @@ class _Parser:
             kind = str(match.lastgroup)
             self.pieces.append((kind, match[kind]))
             position = match.end()
+        if len(self.pieces) > _LONGEST:
+            self.wrong("the expression is too long; divide it into several .param")
 
     def wrong(self, message: str) -> NoReturn:
         fail("P042", message, self.span, help="expressions have + - * / ** ^, relations, && || !, "
