@@ -114,7 +114,8 @@ but what was computed is kept, 130 interrupted and what was computed is kept.
 @click.option(
     "--stream",
     is_flag=True,
-    help="Write the table while the simulation goes on: for results larger than the memory. Of expressions the variables in them are written.",
+    help="Write the table while the simulation goes on: for results larger than the memory. "
+    "Of expressions the variables in them are written.",
 )
 @click.option("--no-progress", is_flag=True, help="Draw no progress bar.")
 @click.option("--timings", is_flag=True, help="Show how long each stage took.")
@@ -164,6 +165,7 @@ def command(
     report(compiled.warnings, as_json)
     if output is not None and not patterns:
         _refuse_unasked(compiled.system.variables.count)
+    streamed: dict[str, Any] = {"output": output, "keep": False} if stream else {}
     shown = sys.stderr.isatty() and not no_progress and not as_json
     with SimulatedTime(start_time or 0.0, shown) as progress:
         result = compiled.simulate(
@@ -175,7 +177,7 @@ def command(
             interval=interval,
             progress=progress,
             variables=patterns or None,
-            **({"output": output, "keep": False} if stream else {}),
+            **streamed,
         )
     report(result.diagnostics, as_json)
     simulated = time.perf_counter()
