@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from os import PathLike
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +30,6 @@ from acausal.simulation.system import System
 from acausal.simulation.trajectories import Trajectories
 
 if TYPE_CHECKING:
-    from _collections_abc import dict_items, dict_keys, dict_values
-
     from acausal.results.stream import Stream
 
 Array = NDArray[np.float64]
@@ -306,13 +303,12 @@ class _ParameterUnits(dict[str, str]):
         return self[path] or default
 
 
-class _Parameters(dict[str, float]):
-    """Parameter values by path, filled when first asked for."""
+class _Parameters(Mapping[str, float]):
+    """Parameter values by path, named when first asked for."""
 
     def __init__(self, system: System) -> None:
-        super().__init__()
         self._system = system
-        self._filled = False
+        self._every: dict[str, float] | None = None
 
     def __getitem__(self, path: str) -> float:
         found = self._system.names.find_parameters(path)
@@ -320,41 +316,14 @@ class _Parameters(dict[str, float]):
             raise KeyError(path)
         return float(self._system.parameters[found[0][1]])
 
-    def _fill(self) -> None:
-        if not self._filled:
-            self._filled = True
-            for path, number in self._system.names.find_parameters("*"):
-                super().__setitem__(path, float(self._system.parameters[number]))
+    def _all(self) -> dict[str, float]:
+        if self._every is None:
+            found = self._system.names.find_parameters("*")
+            self._every = {path: float(self._system.parameters[k]) for path, k in found}
+        return self._every
 
     def __iter__(self) -> Iterator[str]:
-        self._fill()
-        return super().__iter__()
+        return iter(self._all())
 
     def __len__(self) -> int:
-        self._fill()
-        return super().__len__()
-
-    def __contains__(self, path: object) -> bool:
-        return isinstance(path, str) and len(self._system.names.find_parameters(path)) == 1
-
-    def get(self, path: str, default: float | None = None) -> float | None:  # type: ignore[override]
-        """Return a value, the default if there is no such parameter."""
-        try:
-            return self[path]
-        except KeyError:
-            return default
-
-    def keys(self) -> dict_keys[str, float]:
-        """Return the paths."""
-        self._fill()
-        return super().keys()
-
-    def values(self) -> dict_values[str, float]:
-        """Return the values."""
-        self._fill()
-        return super().values()
-
-    def items(self) -> dict_items[str, float]:
-        """Return paths and values."""
-        self._fill()
-        return super().items()
+        return len(self._all())

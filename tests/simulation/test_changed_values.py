@@ -142,3 +142,9 @@ def test_mistakes(options: dict[str, dict[str, float | str]], code: str) -> None
     with pytest.raises(AcausalError) as error:
         compile_text(RLC).simulate(stop_time=1e-3, **options)  # type: ignore[arg-type]
     assert error.value.diagnostics[0].code == code
+
+
+def test_parameters_of_a_result() -> None:
+    result = compile_text(DECAY).simulate(stop_time=0.1, parameters={"a": 4.0})
+    assert dict(result.parameters) == {"a": 4.0, "half": 2.0, "x0": 12.0}
+    assert result.parameters["half"] == 2.0
