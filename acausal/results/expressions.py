@@ -24,6 +24,7 @@ from acausal.instantiation import unit_algebra
 from acausal.instantiation.arrays import mapped
 from acausal.instantiation.builtins import arguments
 from acausal.instantiation.environment import ClassEnvironment
+from acausal.instantiation.event_operators import find_event_operator
 from acausal.instantiation.expressions import elaborate, elaborate_real
 from acausal.instantiation.subscripts import subscripted
 from acausal.instantiation.values import (
@@ -281,6 +282,8 @@ class _Names:
     def call(self, call: tree.Call) -> Value:
         if str(call.function) == "der":
             return self._derivative(call)
+        if find_event_operator(str(call.function)) is not None:
+            self.events(call)
         return _library().call_in(call, self)
 
     def _derivative(self, call: tree.Call) -> Value:

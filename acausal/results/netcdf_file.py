@@ -66,7 +66,12 @@ class NetCDFStream:
     def __init__(self, file: RawIOBase, head: Result, paths: Sequence[str]) -> None:
         self._rows = 0
         places = {path: k for k, path in enumerate(paths)}
-        self._out = out = _library().File(file, "w", track_order=True)
+        library = _library()
+        import h5py
+
+        # Kept at hand: h5netcdf's own flush() leaves HDF5's buffers as they are.
+        self._stored = h5py.File(file, "w", track_order=True)
+        self._out = out = library.File(self._stored, "w")
         out.attrs.update(metadata(head))
         out.dimensions = {"time": None}
         self._time = out.create_variable("time", ("time",), "f8", chunks=(CHUNK_ROWS,))
@@ -89,7 +94,7 @@ class NetCDFStream:
             if family.description:
                 variable.attrs["long_name"] = family.description
             self._variables.append((variable, np.array([places[p] for p in family.paths])))
-        out.flush()
+        self._stored.flush()
 
     def add(self, times: Array, values: Array) -> None:
         """Append rows; the file is readable up to here if the process is killed."""
@@ -100,12 +105,13 @@ class NetCDFStream:
             rows = values[:, places]
             variable[first:last] = rows[:, 0] if len(variable.dimensions) == 1 else rows
         self._rows = last
-        self._out.flush()
+        self._stored.flush()
 
     def finish(self, result: Result) -> None:
         """Write the ending and close the file."""
         self._out.attrs.update(final_metadata(result))
         self._out.close()
+        self._stored.close()
 
 
 def columns(file: Path, paths: Sequence[str]) -> Array:

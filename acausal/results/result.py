@@ -155,7 +155,8 @@ class Result:
         Raises:
             AcausalError: ``N901`` if there is no such variable.
         """
-        if is_pattern(path) or len(self.variables.find(path)) > 1:
+        found = self.variables.find(path)
+        if found != [path] and (is_pattern(path) or len(found) > 1):
             return self.select(path)
         return self.trajectory(path)
 

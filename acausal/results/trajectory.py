@@ -246,6 +246,9 @@ class Trajectory:
     def __pow__(self, other: Trajectory | float) -> Trajectory:
         return self._with("**", self, other)
 
+    def __rpow__(self, other: float) -> Trajectory:
+        return self._with("**", other, self)
+
     def __neg__(self) -> Trajectory:
         return arithmetic.negated(self)
 
