@@ -96,6 +96,82 @@ equation
     assert total == pytest.approx(0, abs=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("kind", "ports"),
+    [
+        ("V4_3CCLSHydAntiCavitation", {"P": "pump", "T": "tank"}),
+        ("V6_3CCLS", {"P": "pump", "P1": "pump", "T1": "tank", "T2": "tank"}),
+    ],
+)
+def test_the_load_signal_is_the_pressure_of_the_consumer(kind: str, ports: dict[str, str]) -> None:
+    result = simulate(
+        f"""  {kind} valve(dynamic = false, q_nom = 1e-3);
+  ConstPressureSource pump(p_const = 100e5), a(p_const = 60e5), b(p_const = 40e5);
+  OpenTank tank;
+  Plug gauge;
+  blocks.Ramp position(offset = -1, height = 2, duration = 2);
+equation
+  connect(position.y, valve.control);
+  connect(a.port, valve.portA);
+  connect(b.port, valve.portB);
+  connect(gauge.port, valve.portLS);
+"""
+        + "".join(f"  connect({o}.port, valve.port{p});\n" for p, o in ports.items()),
+        stop_time=2,
+        points=201,
+    )
+    at = [int(np.argmin(np.abs(result.times - time))) for time in (0, 0.5, 1, 1.5, 2)]
+    signal = values(result, "valve.portLS.p")[at]
+    assert signal == pytest.approx([40e5, 40e5, P0, 60e5, 60e5], rel=1e-3)
+    total = sum(values(result, f"valve.port{x}.m_flow") for x in ("A", "B", "LS", *ports))
+    assert total == pytest.approx(0, abs=1e-9)
+
+
+def test_a_consumer_draws_from_the_tank() -> None:
+    result = simulate(
+        """  V4_3CCLSHydAntiCavitation valve(dynamic = false, q_nom_check = 2e-3);
+  ConstPressureSource pump(p_const = 100e5), a(p_const = 51325), b(p_const = 40e5);
+  OpenTank tank;
+  Plug gauge;
+equation
+  valve.control = 0;
+  connect(pump.port, valve.portP);
+  connect(tank.port, valve.portT);
+  connect(a.port, valve.portA);
+  connect(b.port, valve.portB);
+  connect(gauge.port, valve.portLS);""",
+        stop_time=1,
+    )
+    # half open at 0.5 bar
+    drawn = values(result, "valve.T2A.q")[-1]
+    assert values(result, "valve.T2A.openFraction")[-1] == pytest.approx(0.5)
+    rho = values(result, "valve.T2A.rho")[-1]
+    assert drawn == pytest.approx(2e-3 * 0.5 * np.sqrt(0.5 * 850 / rho), rel=2e-3)
+    assert abs(values(result, "valve.T2B.q")[-1]) < 1e-3 * drawn
+
+
+def test_sections_in_series_hand_the_oil_on() -> None:
+    result = simulate(
+        """  SV6_3OCSeries first(dynamic = false, q_nom = 1e-3), second(dynamic = false, q_nom = 1e-3);
+  ConstVolumeSource pump(q = 2e-4);
+  LaminarRestriction one(L = 1, D = 0.01), two(L = 1, D = 0.01);
+  OpenTank tank;
+equation
+  first.control = 1;
+  second.control = -1;
+  connect(pump.port, first.portP);
+  connect(first.portT1, second.portP);
+  connect(second.portT1, tank.port);
+  connect(first.portA, one.port_a);
+  connect(one.port_b, first.portB);
+  connect(second.portA, two.port_a);
+  connect(two.port_b, second.portB);""",
+        stop_time=1,
+    )
+    assert values(result, "one.q")[-1] == pytest.approx(2e-4, rel=0.02)
+    assert values(result, "two.q")[-1] == pytest.approx(-2e-4, rel=0.02)
+
+
 def test_spool_follows_as_a_second_order_system() -> None:
     result = simulate(
         """  V2_2 valve(bandwidth = 20, dampCoeff = 0.5, q_nom = 1e-3), other(normallyOpen = true);
