@@ -152,7 +152,7 @@ equation
 
 def test_sections_in_series_hand_the_oil_on() -> None:
     result = simulate(
-        """  SV6_3OCSeries first(dynamic = false, q_nom = 1e-3), second(dynamic = false, q_nom = 1e-3);
+        """  SV6_3OCSeries first(dynamic = false), second(dynamic = false);
   ConstVolumeSource pump(q = 2e-4);
   LaminarRestriction one(L = 1, D = 0.01), two(L = 1, D = 0.01);
   OpenTank tank;
