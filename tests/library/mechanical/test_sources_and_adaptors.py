@@ -209,7 +209,7 @@ def test_a_flange_cut_in_two_hands_on_its_motion_with_derivatives(
   {flow} outside;
   {potential} inside;
   $Mass$ two($m$ = 2);
-  {KIND[field["Position"]]}Inerter three(b = 3);
+  {KIND[field["Position"], field["Force"]]}Inerter three(b = 3);
 equation
   connect(wall.flange, spring.flange_a, three.flange_a);
   connect(spring.flange_b, three.flange_b, one.flange_a, outside.flange);
@@ -224,7 +224,7 @@ equation
     assert values(result, f"two.{field['s']}") == pytest.approx(wave, abs=1e-6)
 
 
-KIND = {"Position": "Translational", "Angle": "Rotational"}
+KIND = {("Position", "Force"): "Translational", ("Angle", "Torque"): "Rotational"}
 
 
 @fields
