@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from acausal.drawing.schematic import Drawing
     from acausal.elimination.eliminate import Elimination
     from acausal.flattening.flatten import Flattened
+    from acausal.inspection.display import Equations
     from acausal.instantiation.template import Template
     from acausal.modeling.classes import ClassDef
     from acausal.results.result import Result
@@ -358,6 +359,22 @@ class Compiled:
         result = Compiled(system, self.timings, self.warnings, stages, self._again)
         result._values_of = origin, given, starts
         return result
+
+    @property
+    def equations(self) -> Equations:
+        """The equations as formulas: LaTeX, and shown as such by notebooks."""
+        from acausal.inspection.display import equations_of
+        from acausal.reference.mathml import mathml
+
+        flattened = self._all_stages().flattened
+        assert flattened is not None
+        return equations_of(flattened, mathml)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: counts, states, parameters."""
+        from acausal.inspection.display import compiled_html
+
+        return compiled_html(self._all_stages())
 
     def changed_values(self) -> ChangedValues:
         """Return what makes systems with other parameters and start values of this one."""

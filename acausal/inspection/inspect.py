@@ -118,11 +118,12 @@ def _latex(stages: Compilation, stage: str, alone: bool) -> list[str]:
     if stage == "eliminate" and flattened is not None and elimination is not None:
         return latex_eliminate(flattened, elimination)
     if stage == "structure" and flattened and elimination and system:
-        return latex_structure(flattened, elimination, system, _states(system))
+        return latex_structure(flattened, elimination, system, states_of(system))
     return [f"% stage {stage} has no equations of its own"] if alone else []
 
 
-def _states(system: System) -> Ids | None:
+def states_of(system: System) -> Ids | None:
+    """Return the states chosen at the start, None if they cannot be told before a run."""
     try:
         return StateSelector(system).first(
             np.array(system.variables.start), system.experiment.start_time
