@@ -96,6 +96,11 @@ def test_nothing_in_it(read):
         ("title", ".options temp=27 reltol=1e-3 wurst=3", "the option wurst"),
         ("title", "D1 a 0 d1\n.model d1 D(IS=1f ISR=1p)", "ISR of d1"),
         ("R9 a 0 5k", "", "the first line is the title"),
+        (
+            "title",
+            ".subckt s a\nQ1 a a 0 q\n.ends\n.model q NPN\nX1 a s\n.tran 1u 1m uic",
+            "UIC has no effect",
+        ),
     ],
 )
 def test_what_has_no_effect_is_told(read, title, cards, text):

@@ -225,7 +225,12 @@ def _couple(scope: Scope, element: Element) -> None:
 
 def uic_warnings(netlist: Netlist) -> list[Diagnostic]:
     """Return a warning if transistors start at the operating point although UIC is given."""
-    transistors = [e for e in netlist.circuit.elements if e.letter in "QM"]
+    transistors: list[Element] = []
+    circuits = [netlist.circuit]
+    while circuits:
+        circuit = circuits.pop()
+        transistors += [e for e in circuit.elements if e.letter in "QM"]
+        circuits += circuit.circuits.values()
     if not netlist.uic or not transistors:
         return []
     return [warning("P043", "UIC has no effect on the charges in transistors",
