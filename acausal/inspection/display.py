@@ -1,4 +1,4 @@
-"""What notebooks show of a compiled model: counts, states, parameters; its equations as formulas."""
+"""What notebooks show of a compiled model: counts, states, parameters, equations as formulas."""
 
 from __future__ import annotations
 

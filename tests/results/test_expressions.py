@@ -103,12 +103,11 @@ def test_arrays_are_dictionaries(result):
     ],
 )
 def test_mistakes_in_expressions(result, text, wanted):
+    paths = result.variables.paths()
+    columns = {p: result[p].values for p in paths}
+    source = TableSource(columns, {p: result[p].unit for p in paths})
+    written = Result("M", "", result.times, source)
     with pytest.raises(AcausalError) as error:
-        written = Result(
-            "M", "", result.times,
-            TableSource({p: result[p].values for p in result.variables.paths()},
-                        {p: result[p].unit for p in result.variables.paths()}),
-        )  # fmt: skip
         (written if text == "der(i)" else result).evaluate(text)
     diagnostic = error.value.diagnostics[0]
     assert diagnostic.code[0] == wanted[0]
