@@ -58,6 +58,8 @@ def command(
     patterns = split_patterns(variables)
     results = [read_result(file) for file in files]
     labels = [file.stem for file in files] if len(files) > 1 else []
+    if len(set(labels)) < len(labels):
+        labels = [str(file) for file in files]
     if phase:
         figure = draw_phase(results, *phase, title=title, labels=labels)
     elif len(results) == 1:

@@ -80,5 +80,5 @@ def _chebyshev() -> tuple[Array, Array]:
     angles = (2 * np.arange(SAMPLES) + 1) * np.pi / (2 * SAMPLES)
     inside = -0.5 - 0.5 * np.cos(angles)
     inside[-1] = 0.0
-    inverse: Array = np.linalg.inv(np.vander(inside, increasing=True))
+    inverse: Array = np.asarray(np.linalg.inv(np.vander(inside, increasing=True)), np.float64)
     return np.concatenate([[-1.0], inside]), inverse
