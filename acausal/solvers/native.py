@@ -430,26 +430,9 @@ renew:
 renewed:
   br label %iterate
 give_up:
-  br label %leave
+  ret i32 1
 done:
-  br label %leave
-leave:
-  %result = phi i32 [1, %give_up], [0, %done]
-  %touched = icmp sgt i32 %renewals, 0
-  br i1 %touched, label %refresh, label %return
-refresh:
-  ; IDA goes on with this matrix: leave it the one of the point where it stands
-  %end_at = getelementptr double, ptr %frame, i64 {int(Word.END)}
-  %end = load double, ptr %end_at
-  call i32 %interpolate(ptr %memory, double %end, i32 0, ptr %dd)
-  call i32 %interpolate(ptr %memory, double %end, i32 1, ptr %ww)
-  call i32 %zero(ptr %matrix)
-  call i32 %jacobian(double %end, double %cj, ptr %dd, ptr %ww, ptr %rr, ptr %matrix,
-       ptr %frame, ptr null, ptr null, ptr null)
-  call i32 %setup(ptr %solver, ptr %matrix)
-  br label %return
-return:
-  ret i32 %result
+  ret i32 0
 }}
 """
     )
