@@ -12,7 +12,10 @@ from acausal.compose.places import here
 from acausal.diagnostics import AcausalError, fail
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from acausal.compiler import Compiled
+    from acausal.drawing.schematic import Drawing
     from acausal.results.result import Result
 
 
@@ -151,6 +154,24 @@ class Model(Component):
             options: ``stop_time``, ``parameters``, ``start``, ``tolerance``, ... as there.
         """
         return self.compile().simulate(*args, **options)
+
+    def schematic(self, file: str | Path | None = None, depth: int = 1) -> Drawing:
+        """Compile the model and draw it, see :meth:`acausal.Compiled.schematic`.
+
+        Args:
+            file: Where to write it, ``.svg`` or ``.png``; nowhere if None.
+            depth: Levels of components.
+        """
+        return self.compile().schematic(file, depth)
+
+    def report(self, file: str | Path | None = None, **options: Any) -> str:
+        """Compile the model and write about it and a run, see :meth:`acausal.Compiled.report`.
+
+        Args:
+            file: Where to write the page, ``.html``; nowhere if None.
+            options: ``result``, ``variables``, ``depth``, ``run`` as there.
+        """
+        return self.compile().report(file, **options)
 
     def to_acm(self) -> str:
         """Return the model as text of the language, with the Python classes it uses.

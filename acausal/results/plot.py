@@ -11,6 +11,7 @@ import io
 import os
 import re
 from collections.abc import Iterable, Sequence
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -141,9 +142,7 @@ def draw_phase(
         AcausalError: ``N901`` for an unknown name, ``F213`` if one of them means several
             variables.
     """
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(6.4, 5.6), dpi=120, layout="constrained")
+    figure = _shown_figure()(figsize=(6.4, 5.6), dpi=120, layout="constrained")
     ax = figure.add_subplot()
     across = up = None
     for k, result in enumerate(results):
@@ -186,11 +185,22 @@ def _by_unit(found: Sequence[Trajectory]) -> dict[str, list[Trajectory]]:
     return groups
 
 
-def _axes(rows: int) -> tuple[Figure, Sequence[Axes]]:
+@cache
+def _shown_figure() -> type[Figure]:
+    """Return the class of figures that a notebook shows without being asked to."""
     from matplotlib.figure import Figure
 
+    class Plot(Figure):
+        def _repr_png_(self) -> bytes:
+            return picture(self, "png")
+
+    return Plot
+
+
+def _axes(rows: int) -> tuple[Figure, Sequence[Axes]]:
+
     rows = max(1, rows)
-    figure = Figure(figsize=(8.0, 1.2 + 2.6 * rows), dpi=120, layout="constrained")
+    figure = _shown_figure()(figsize=(8.0, 1.2 + 2.6 * rows), dpi=120, layout="constrained")
     return figure, list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
 
 
