@@ -112,6 +112,8 @@ def test_pressure_valves_and_closed_ends() -> None:
   VolumeClosed tank(V_const = 1e-3, process = Process.isothermal, p(start = 2e5, fixed = true));
   ReliefValve safety(C = 5e-8, dp_relief = 7e5, dp_open = 8e5);
   CheckValve check(C = 5e-8);
+  // Between a source of flow and a valve that closes the pressure needs a volume to be known.
+  VolumeClosed pipe(V_const = 1e-5, process = Process.isothermal, p(start = 2e5, fixed = true));
   PressureReducingValve regulator(C = 1e-8, p_set = 3e5);
   VariableRestriction throttle(C = 2e-9, control = 0.5);
   VolumeClosed low(V_const = 1e-3, p(start = 101325, fixed = true), T(start = 293.15,
@@ -122,7 +124,7 @@ def test_pressure_valves_and_closed_ends() -> None:
     period = 100, nperiod = 1);
 equation
   connect(rate.y, compressor.control);
-  connect(compressor.port, check.port_a);
+  connect(compressor.port, pipe.port, check.port_a);
   connect(check.port_b, tank.port, safety.port_a, regulator.port_a, plug.port);
   connect(regulator.port_b, low.port, throttle.port_a);
   connect(safety.port_b, throttle.port_b, outside.port);""",
