@@ -188,13 +188,13 @@ def _by_unit(found: Sequence[Trajectory]) -> dict[str, list[Trajectory]]:
 @cache
 def _shown_figure() -> type[Figure]:
     """Return the class of figures that a notebook shows without being asked to."""
-    from matplotlib.figure import Figure
+    from matplotlib import figure
 
-    class Plot(Figure):
+    class Figure(figure.Figure):
         def _repr_png_(self) -> bytes:
             return picture(self, "png")
 
-    return Plot
+    return Figure
 
 
 def _axes(rows: int) -> tuple[Figure, Sequence[Axes]]:
