@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from acausal.compose.kinds import Kind, TextKind, text_kind
+from acausal.compose.kinds import Kind, text_kind
 from acausal.compose.modifiers import Pending, attribute_modifier, value_of
 from acausal.compose.parts import Part, describe, modify
 from acausal.compose.symbols import Scope, Symbolic
@@ -274,8 +274,3 @@ def size_tree(size: Any, scope: Scope, part: Part) -> tree.Expression:
     if isinstance(size, int):
         return tree.NumberLiteral(part._span, float(size), True)
     return size._tree(scope, part._span)  # type: ignore[no-any-return]
-
-
-def text_kind_of(name: str) -> TextKind:
-    """Return a predefined type."""
-    return text_kind(_builtins[name])

@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
-import numpy as np
-
 from acausal.compose.places import here
 from acausal.diagnostics import Span, fail
 from acausal.syntax import tree
@@ -471,8 +469,3 @@ def called(name: str, *arguments: object, dimensions: int | None = None) -> Symb
     if dimensions is None:
         dimensions = max((a._ndim for a in given), default=0)
     return Invocation(name, given, span, dimensions=dimensions)
-
-
-def dimensions_of(value: object) -> int:
-    """Return the number of array dimensions of a value."""
-    return value._ndim if isinstance(value, Symbolic) else int(np.ndim(value))  # type: ignore[arg-type]

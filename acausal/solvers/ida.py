@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from acausal.codegen.sequence import data_of
 from acausal.solvers import native
 from acausal.solvers.consistent_point import ConsistentPoint, NativePoint
 from acausal.solvers.failures import (
@@ -98,8 +99,8 @@ class IDAIntegrator:
         self._row: Array = np.zeros(1)
         self._row_y: Array = np.zeros(n)
         self._row_yp: Array = np.zeros(n)
-        self._row_address = _data(self._row)
-        self._row_outputs = (_data(self._row_y), _data(self._row_yp))
+        self._row_address = data_of(self._row)
+        self._row_outputs = (data_of(self._row_y), data_of(self._row_yp))
         self._context = self._c.context()
         self._vectors = [
             self._c.N_VMake_Serial(n, row.ctypes.data, self._context) for row in self._data[:9]
@@ -317,7 +318,7 @@ class IDAIntegrator:
         last = float(times[-1])
         limit = last if t_limit is None else max(t_limit, last)
         try:
-            result = self._run(_data(times), rows, (_data(out_y), _data(out_yp), limit))
+            result = self._run(data_of(times), rows, (data_of(out_y), data_of(out_yp), limit))
         except KeyboardInterrupt:
             return RunResult(int(words[Word.ROWS]), Status.INTERRUPTED)
         finally:
@@ -635,9 +636,3 @@ class IDAIntegrator:
         if reason is Reason.ERROR_TEST and suppressing(self._options, problem):
             errors = np.where(problem.differential, errors, 0.0)
         return largest(errors)
-
-
-def _data(array: Array) -> int:
-    """Return the address of an array's data, faster than ``array.ctypes``."""
-    address: int = array.__array_interface__["data"][0]
-    return address
